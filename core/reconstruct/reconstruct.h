@@ -1,0 +1,93 @@
+// From committed lines to a picture: the two calls that capture and the tests use.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "core/geometry/vec2.h"
+#include "core/line/line_source.h"
+#include "core/reconstruct/row_sink.h"
+#include "core/reconstruct/tone_curve.h"
+#include "core/screen/screen_map.h"
+
+namespace reseau {
+
+// Fraction of the work done, 0..1; called from one thread at a time, never after the call returned.
+using ProgressFn = std::function<void(double)>;
+
+struct RegisterOptions {
+  ToneCurves tone = ToneCurves::linear();
+  int n_threads = 0;  // 0 = all cores
+};
+
+// What registration found. `found` false means: no réseau, with the reason in `reason`.
+struct Registration {
+  bool found = false;
+  std::string reason;     // a sentence, when not found
+  std::string screen;     // "dufaycolor" or "none"
+  double confidence = 0;  // 0..1
+  ScreenMap map;          // screen (u, v) from scan pixels, valid over the whole frame when found
+  std::array<Vec2, 2> lattice_cy_per_px{};  // mean frequency vectors of u and of v
+  double residual_px = 0;                   // rms of the measured phases about the map
+  double angle_deg = 0;                     // of the red lines, from the y axis of the scan
+  std::array<double, 2> period_px{};
+  std::array<double, 2> period_um{};  // 0 when the resolution is unknown
+  // The symmetric Dufaycolor pattern cannot tell a mirrored film; then absent.
+  std::optional<bool> mirrored;
+  // Scanner response to each clear element, per unit infrared: [element R G B][channel R G B].
+  std::array<std::array<double, 3>, 3> response{};
+  // Weights that turn linear RGB into silver transmittance (Barker et al. 2022).
+  std::array<double, 3> silver_from_rgb{};
+  int n_windows = 0;  // places where phase was measured
+  int n_outliers = 0;
+  double seconds = 0;
+};
+
+// Reads every line as it is committed (live or offline, the same code and the same result) and
+// returns after the last. Throws what the source throws; never for a picture without a réseau.
+// A stop request returns early with found = false.
+[[nodiscard]] Registration register_screen(const LineSource& source, const RegisterOptions& options,
+                                           const ProgressFn& progress, const std::stop_token& stop);
+
+struct ReconstructOptions {
+  ToneCurves tone = ToneCurves::linear();
+  // Row-major 3x3 applied to element intensities (process RGB) at the end; identity = process RGB.
+  std::array<double, 9> output_from_process{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  double white_level = 1.0;  // linear sample value of clear film; intensity 1 there
+  int n_threads = 0;
+  bool exact = false;  // no shortcut that changes a pixel
+};
+
+struct SharpnessReport {
+  // Gaussian-equivalent PSF, pixel aperture included, per channel R G B IR [px]; how each was
+  // found.
+  std::array<double, 4> sigma_px{};
+  std::array<double, 4> sigma_sd_px{};
+  std::array<std::string, 4> origin;  // "measured", "pooled", "default", "absent"
+};
+
+struct ReconstructionReport {
+  bool from_infrared = true;  // false: silver computed from RGB
+  SharpnessReport sharpness;
+  double unmix_condition = 0;   // 2-norm condition number of the mean 3x3 crosstalk matrix
+  double unmix_noise_gain = 0;  // largest row norm of its (regularised) inverse
+  std::array<double, 4> clipped_fraction{};  // R G B IR samples at full scale
+  std::vector<std::string> skipped;          // what was not needed and why
+  double seconds_sharpness = 0, seconds_render = 0;
+};
+
+// Renders at the geometry of the scan: output pixel (x, y) lies where scan pixel (x, y) was. All
+// lines must be committed. Same bytes for any thread count. Throws what source and sink throw.
+// Returns early, without calling sink.end(), on a stop request.
+[[nodiscard]] ReconstructionReport reconstruct(const LineSource& source,
+                                               const Registration& registration,
+                                               const ReconstructOptions& options, RgbRowSink& sink,
+                                               const ProgressFn& progress,
+                                               const std::stop_token& stop);
+
+}  // namespace reseau

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace reseau {
+
+// From a 16-bit sample to linear light, 65535 = 1.0, one table of 65536 entries per channel in the
+// order red, green, blue, infrared. Immutable after construction.
+class ToneCurves {
+ public:
+  // value / 65535.
+  static ToneCurves linear();
+  // (value / 65535)^gamma. gamma must be finite and in 0.1..10, else InputError.
+  static ToneCurves gamma(double gamma);
+  // Any four tables of 65536 finite entries.
+  explicit ToneCurves(std::array<std::vector<float>, 4> tables);
+
+  [[nodiscard]] const std::vector<float>& table(int channel) const {
+    return tables_[static_cast<std::size_t>(channel)];
+  }
+
+ private:
+  std::array<std::vector<float>, 4> tables_;
+};
+
+}  // namespace reseau

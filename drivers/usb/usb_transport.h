@@ -1,0 +1,39 @@
+// The physical boundary to one claimed USB interface. Behind it stand libusb, a recording, a
+// replay, a fault injector, or a simulated unit; the code above cannot tell which.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "core/base/clock.h"
+
+namespace reseau {
+
+struct UsbIdentity {
+  std::uint16_t vendor_id = 0;
+  std::uint16_t product_id = 0;
+  std::string serial;  // string descriptor, empty when the unit has none
+  std::uint16_t bcd_device = 0;
+  int max_packet_bytes = 512;  // of the bulk endpoints: 512 at high speed, 64 at full speed
+};
+
+// Endpoint address as in the descriptor: 0x01 bulk OUT, 0x82 bulk IN.
+using Endpoint = std::uint8_t;
+
+// Thread-bound: one thread uses it at a time. Every failure is a DeviceError whose kind is
+// kTimeout, kStall, kDisconnected or kProtocol.
+class UsbTransport {
+ public:
+  virtual ~UsbTransport() = default;
+  [[nodiscard]] virtual const UsbIdentity& identity() const = 0;
+  // Sends all bytes or throws. An empty span sends nothing.
+  virtual void bulk_out(Endpoint endpoint, std::span<const std::byte> data, Duration timeout) = 0;
+  // One transfer: returns how many bytes came, at most buffer.size(); a short read is a value.
+  virtual std::size_t bulk_in(Endpoint endpoint, std::span<std::byte> buffer, Duration timeout) = 0;
+  virtual void clear_halt(Endpoint endpoint) = 0;
+  virtual void reset() = 0;
+};
+
+}  // namespace reseau
