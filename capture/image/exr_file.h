@@ -1,0 +1,83 @@
+// OpenEXR scanline files of FLOAT channels: pictures, maps, and reading them back.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/store/part_file.h"
+#include "core/color/element_color.h"
+
+namespace reseau {
+
+enum class ExrCompression { kNone, kFast, kSmall };  // stored, ZIPS level 1, PIZ; all lossless
+
+struct ExrOptions {
+  ExrCompression compression = ExrCompression::kFast;
+  Existing existing = Existing::kRefuse;
+  std::optional<Chromaticities> chromaticities;
+  // Custom attributes (strings): provenance. Names are prefixed with "reseau." by the caller.
+  std::vector<std::pair<std::string, std::string>> attributes;
+};
+
+// Writes any set of float channels, row by row from the top. The file gets its name at finish(); a
+// writer destroyed before leaves nothing. Same input, same bytes. Thread-bound.
+class FloatImageWriter {
+ public:
+  // `channels` in the order of the samples given to rows(). Throws InputError when the name is
+  // taken, std::system_error when it cannot be written.
+  FloatImageWriter(const std::filesystem::path& path, int width_px, int height_px,
+                   const std::vector<std::string>& channels, const ExrOptions& options = {});
+  ~FloatImageWriter();
+  FloatImageWriter(FloatImageWriter&&) noexcept;
+  FloatImageWriter& operator=(FloatImageWriter&&) noexcept;
+
+  // [row][pixel][channel], rows in order from 0. Throws std::system_error (disk full).
+  void rows(int first_row, int n_rows, std::span<const float> samples);
+  // All rows must have been given. Throws as PartFile::publish.
+  void finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Reads channels of an EXR as float, by rows. Thread-bound.
+class ExrReader {
+ public:
+  // Throws InputError for a file that is no scanline or tiled EXR, lacks a channel (the message
+  // lists those it has) or has absurd dimensions; std::system_error when it cannot be opened.
+  explicit ExrReader(const std::filesystem::path& path,
+                     const std::vector<std::string>& channels = {"R", "G", "B"});
+  ~ExrReader();
+  ExrReader(ExrReader&&) noexcept;
+  ExrReader& operator=(ExrReader&&) noexcept;
+
+  [[nodiscard]] int width_px() const;
+  [[nodiscard]] int height_px() const;
+  [[nodiscard]] std::optional<Chromaticities> chromaticities() const;
+  // Value of a string attribute, or nothing.
+  [[nodiscard]] std::optional<std::string> attribute(const std::string& name) const;
+  // [row][pixel][channel] in the order of the constructor. Throws InputError for damaged data.
+  void read(int first_row, int n_rows, std::span<float> out);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+struct FloatImage {
+  int width_px = 0, height_px = 0;
+  std::vector<std::string> channels;
+  std::vector<float> samples;  // [row][pixel][channel]
+};
+
+[[nodiscard]] FloatImage read_exr(const std::filesystem::path& path,
+                                  const std::vector<std::string>& channels = {"R", "G", "B"});
+
+}  // namespace reseau
