@@ -1,5 +1,6 @@
 // CHECK: abort with the expression, in every build, when the program itself is wrong. Never for bad
-// input. DCHECK: only inside loops over pixels, gone with NDEBUG.
+// input. DCHECK: only inside loops over pixels, gone with NDEBUG. The message names the file without
+// its folder, so that no path of the building machine is in the program.
 #pragma once
 
 #include <cstdio>
@@ -13,7 +14,7 @@ namespace reseau::detail {
 }  // namespace reseau::detail
 
 #define CHECK(condition) \
-  ((condition) ? void(0) : ::reseau::detail::check_failed(#condition, __FILE__, __LINE__))
+  ((condition) ? void(0) : ::reseau::detail::check_failed(#condition, __FILE_NAME__, __LINE__))
 
 #ifdef NDEBUG
 #define DCHECK(condition) void(0)

@@ -1,47 +1,56 @@
 // Element intensities to colour: historical primaries, the area of each element, balance, output
-// space, composed into one 3x3 matrix. Method and conventions: Hubicka et al. 2025
-// (arXiv:2501.06216), recomputed conventions in core/color/README.md.
+// space, composed into one 3x3 matrix. Method: Hubicka et al. 2025 (arXiv:2501.06216). Pure
+// functions, reentrant.
 #pragma once
 
-#include <array>
 #include <string>
 #include <string_view>
-#include <vector>
+
+#include "core/color/balance.h"
+#include "core/color/colorimetry.h"
+#include "core/color/matrix3.h"
+#include "core/color/primaries.h"
+#include "core/color/rgb_space.h"
 
 namespace reseau {
 
-using Matrix3 = std::array<double, 9>;  // row-major
-using Xyz = std::array<double, 3>;      // Y = 1 for the white
-
-enum class Balance {
-  kNone,        // primaries x areas as they are
-  kBrightness,  // whole matrix divided by Y of the réseau
-  kNeutral,     // columns scaled so that (1, 1, 1) is the white; the default
-  kBradford,    // the réseau's own white adapted to the white, then brightness
+enum class OutputSpace {
+  kProcess,     // linear element intensity, 1 = clear film behind that element
+  kXyz,         // CIE XYZ relative to D65, Y = 1
+  kSrgbLinear,  // linear sRGB, not clipped
 };
 
-enum class OutputSpace { kProcess, kXyz, kSrgbLinear };
-
-// CIE x, y of red, green, blue and white, for the `chromaticities` of a file.
-struct Chromaticities {
-  std::array<std::array<double, 2>, 4> xy{};
-};
-
-// Sets that `--primaries` knows, e.g. "cornwell-clyne-1951" (the default).
-[[nodiscard]] std::vector<std::string> primary_set_names();
+// "process", "xyz" or "srgb-linear"; InputError for anything else, listing these.
+[[nodiscard]] OutputSpace parse_output_space(std::string_view word);
 
 struct ColorModel {
+  std::string primaries;  // name of the set
+  Balance balance = Balance::kNeutral;
+  OutputSpace space = OutputSpace::kProcess;
+
   Matrix3 output_from_process{};  // element intensity (1 = clear) to the output space
   Matrix3 xyz_from_process{};     // to XYZ, D65 white, Y = 1
-  Chromaticities chromaticities;  // of the output space
+
+  // Of the output space, for a file. A reader that follows OpenEXR gets XYZ / Y(1, 1, 1) from them:
+  // for `process` these are the film's own elements and the colour of its clear réseau after the
+  // balance; for `xyz` the axes of XYZ with equal energy (the numbers are XYZ relative to D65,
+  // which `adopted_neutral` says); for `srgb-linear` those of sRGB.
+  Chromaticities chromaticities;
+  // x, y that should look neutral: D65 always, for OpenEXR's `adoptedNeutral`.
+  Chromaticity adopted_neutral{};
+
+  Xyz reseau{};          // XYZ of (1, 1, 1) after the balance
+  double condition = 0;  // condition number of xyz_from_process
 };
 
-// Throws InputError for an unknown name, listing the known ones.
+// InputError for an unknown name, listing the known ones.
 [[nodiscard]] ColorModel make_color_model(std::string_view primaries, Balance balance,
                                           OutputSpace space);
 
-// Words of the command line; InputError for anything else, listing the known ones.
-[[nodiscard]] Balance parse_balance(std::string_view word);
-[[nodiscard]] OutputSpace parse_output_space(std::string_view word);
+// From primaries of one's own: XYZ of the full elements as columns, under D65 with Y = 1, and the
+// area shares of the elements (positive, any common scale). InputError when they are singular,
+// negative in luminance, not finite, or cannot be balanced.
+[[nodiscard]] ColorModel make_color_model(std::string_view name, const Matrix3& element_xyz,
+                                          const Vector3& areas, Balance balance, OutputSpace space);
 
 }  // namespace reseau

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+
+#include "core/color/colorimetry.h"
+
+namespace reseau {
+
+// Wavelength [nm] where the ray from `white` through `color` leaves the spectral locus, taken as
+// straight segments between the wavelengths of the observer: 1 nm instead of 5 nm segments move a
+// Dufaycolor element by up to 0.21 nm, so the grid belongs to the figure. Nothing for purples (the
+// ray leaves through the line that joins the ends) and for the white itself. Pure, reentrant.
+[[nodiscard]] std::optional<double> dominant_wavelength_nm(const Chromaticity& color,
+                                                           const Chromaticity& white,
+                                                           const Observer& observer);
+
+}  // namespace reseau
