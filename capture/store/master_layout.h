@@ -36,13 +36,15 @@ struct MasterLayout {
   bool big = false;
   int rows_per_strip = 1;
   std::uint64_t bytes_per_row = 0;
-  std::uint64_t data_offset = 0;  // of the first row; rows follow without gaps
-  std::uint64_t total_bytes = 0;  // of the finished file
+  std::uint64_t data_offset = 0;    // of the first row; rows follow without gaps
+  std::uint64_t total_bytes = 0;    // of the finished file
+  std::uint64_t offsets_table = 0;  // of the strip offsets, all of them, fixed
+  std::uint64_t counts_table = 0;   // of the strip byte counts, which grow with the lines
 
-  [[nodiscard]] std::uint64_t row_offset(int row) const;
-  // Length that the file must have before `n_lines` may be committed: to the end of the last strip,
-  // because its byte count is written already.
-  [[nodiscard]] std::uint64_t file_bytes_for(int n_lines) const;
+  [[nodiscard]] std::uint64_t row_offset(int row) const {
+    return data_offset + static_cast<std::uint64_t>(row) * bytes_per_row;
+  }
+  [[nodiscard]] int strip_of(int row) const { return row / rows_per_strip; }
 };
 
 // BigTIFF when the finished file would exceed `bigtiff_above_bytes`. Throws InputError when the
@@ -52,8 +54,19 @@ struct MasterLayout {
 
 // The first kMasterHeadBytes of the file: header and directory claiming n_lines >= 1 lines.
 [[nodiscard]] std::vector<std::byte> encode_master_head(const MasterLayout& layout, int n_lines);
-// What follows, up to data_offset: values of the tags and the strip tables. `n_lines` < all: the
-// byte count of the strip that holds the last of them ends with it (a scan that was cut short).
+// What follows, up to data_offset: values of the tags, strip offsets, and the byte counts of the
+// strips as they are when n_lines >= 0 lines are in the file.
 [[nodiscard]] std::vector<std::byte> encode_master_values(const MasterLayout& layout, int n_lines);
+
+// A piece of the file to be replaced.
+struct MasterPatch {
+  std::uint64_t offset = 0;
+  std::vector<std::byte> bytes;
+};
+// Byte counts of the strips that hold lines [first_line, n_lines), when n_lines are in the file. To
+// be written after the lines and before the head, so that no reader ever finds a strip that claims
+// more than the file holds.
+[[nodiscard]] MasterPatch encode_strip_counts(const MasterLayout& layout, int first_line,
+                                              int n_lines);
 
 }  // namespace reseau

@@ -41,11 +41,11 @@ struct MasterResult {
 // format, context and lines only, not on the clock nor on how lines were grouped.
 //
 // While it grows the file is called `.NAME.tif.part` and is, after each lines(), a valid TIFF of
-// the lines committed so far: geometry and strip tables are written first, the pixels after them at
-// offsets known beforehand, and only then the first 512 bytes of the file, which hold the header
-// and the whole directory, are replaced in one write with the new ImageLength. A killed process or
-// a full disk therefore costs no committed line. After a power failure lines since the last sync
-// (32 MiB at most) may be missing.
+// the lines committed so far. The order of writes makes it so: pixels, at offsets known beforehand;
+// then the byte counts of their strips; then the first 512 bytes, which hold the header and the
+// whole directory, in one write with the new ImageLength. A killed process or a full disk therefore
+// costs no committed line. After a power failure lines since the last sync (32 MiB at most) may be
+// missing.
 //
 // Thread-bound (the writer thread); source() may be handed to any thread.
 class MasterWriter final : public LineSink {
@@ -70,9 +70,8 @@ class MasterWriter final : public LineSink {
   [[nodiscard]] const MasterResult& result() const { return result_; }
 
  private:
-  void write_rows(const LineBlock& block);
   void commit(int n_lines);
-  void publish(ScanEnd end);
+  void publish();
 
   MasterOptions options_;
   MasterLayout layout_;

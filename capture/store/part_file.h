@@ -36,13 +36,21 @@ class PartFile {
 
   // Writes all bytes at `offset`; throws std::system_error with a sentence (disk full, limit, I/O).
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes) const;
+  // The same without throwing: returns how many bytes were written and sets `error` to the errno
+  // that kept the rest from it, 0 when there is no rest.
+  std::size_t write_some_at(std::uint64_t offset, std::span<const std::byte> bytes,
+                            int& error) const;
+  // The std::system_error of write_at for an errno.
+  [[noreturn]] void throw_write_error(int error) const;
   // Waits until what was written is on the medium. Throws std::system_error.
   void sync() const;
   // fsync, then the final name. Throws std::system_error, or InputError when the name was taken
   // meanwhile and kRefuse holds; the part then stays.
-  void publish() { publish_as(final_path_); }
-  // The same under another name of the same folder; never replaces anything there.
-  void publish_as(const std::filesystem::path& path);
+  void publish();
+  // fsync, then another name of the same folder. Returns false when that is taken.
+  [[nodiscard]] bool publish_if_absent(const std::filesystem::path& path);
+  // Removes the part, precious or not.
+  void discard() noexcept;
 
  private:
   std::filesystem::path final_path_, part_path_;
