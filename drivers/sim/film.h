@@ -1,0 +1,59 @@
+// What lies under the scan head, as the light sees it: radiant transmittance in four bands at
+// continuous positions. The seam between a film and the simulated optics.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace reseau::sim {
+
+// Channels of everything in drivers/sim, in the order of the wire.
+inline constexpr int kChannels = 4;  // red, green, blue, infrared
+inline constexpr int kInfrared = 3;
+
+// Rows are computed in blocks of this many pixels at absolute positions, so that a sample does not
+// depend on where the asking window begins.
+inline constexpr int kBlockPx = 16;
+
+// One row of square cells of side 1/per_px optical pixels, each the mean transmittance over the
+// cell. Cell s of pixel i is centred at x = first_px + i + (s + 0.5) / per_px - 0.5. Cells are kept
+// by phase so that neighbours in memory are one pixel apart: [channel][phase s][pixel i].
+class CellRow {
+ public:
+  void resize(int first_px, int n_px, int per_px) {
+    first_px_ = first_px;
+    n_px_ = n_px;
+    per_px_ = per_px;
+    values_.resize(static_cast<std::size_t>(kChannels) * static_cast<std::size_t>(per_px) *
+                   static_cast<std::size_t>(n_px));
+  }
+  [[nodiscard]] int first_px() const { return first_px_; }
+  [[nodiscard]] int n_px() const { return n_px_; }
+  [[nodiscard]] int per_px() const { return per_px_; }
+  [[nodiscard]] float* phase(int channel, int s) { return values_.data() + index(channel, s); }
+  [[nodiscard]] const float* phase(int channel, int s) const {
+    return values_.data() + index(channel, s);
+  }
+
+ private:
+  [[nodiscard]] std::size_t index(int channel, int s) const {
+    return (static_cast<std::size_t>(channel) * static_cast<std::size_t>(per_px_) +
+            static_cast<std::size_t>(s)) *
+           static_cast<std::size_t>(n_px_);
+  }
+  int first_px_ = 0, n_px_ = 0, per_px_ = 1;
+  std::vector<float> values_;
+};
+
+// Coordinates: optical pixels of the scanner. x along the sensor from the film edge where windows
+// start, y along the film; pixel (0, 0) is centred at (0, 0), frame k begins at y = k * pitch.
+// Immutable after construction, therefore thread-safe.
+class Film {
+ public:
+  virtual ~Film() = default;
+  // Fills a row of cells whose centres lie at height y. first_px and n_px are multiples of
+  // kBlockPx; the row may reach outside the film, where bare light gives 1.
+  virtual void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const = 0;
+};
+
+}  // namespace reseau::sim

@@ -1,0 +1,220 @@
+#include "drivers/sim/sim_spec.h"
+
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <system_error>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace reseau::sim {
+namespace {
+
+struct Key {
+  std::string_view name;
+  double min, max;
+  bool whole;  // whole numbers only
+  std::string_view meaning;
+  std::function<void(SimSpec&, double)> set;
+};
+
+struct WordKey {
+  std::string_view name;
+  std::map<std::string_view, std::function<void(SimSpec&)>> words;
+  std::string_view meaning;
+};
+
+int as_int(double v) { return static_cast<int>(v); }
+
+const std::vector<WordKey>& word_keys() {
+  static const std::vector<WordKey> keys{
+      {"film",
+       {{"dufay", [](SimSpec& s) { s.film.kind = FilmKind::kDufay; }},
+        {"none", [](SimSpec& s) { s.film.kind = FilmKind::kPlain; }},
+        {"empty", [](SimSpec& s) { s.film.kind = FilmKind::kEmpty; }}},
+       "Dufaycolor, a silver picture without a réseau, or no film"},
+      {"scene",
+       {{"chart", [](SimSpec& s) { s.film.scene = SceneKind::kChart; }},
+        {"natural", [](SimSpec& s) { s.film.scene = SceneKind::kNatural; }}},
+       "what the camera saw"},
+  };
+  return keys;
+}
+
+const std::vector<Key>& number_keys() {
+  static const std::vector<Key> keys{
+      {"angle", -360, 360, false, "red lines from the y axis [degree]",
+       [](SimSpec& s, double v) { s.film.screen.angle_deg = v; }},
+      {"axes", 80, 100, false, "between the two directions of the réseau [degree]",
+       [](SimSpec& s, double v) { s.film.screen.axes_deg = v; }},
+      {"period_um", 20, 400, false, "both periods of the réseau",
+       [](SimSpec& s, double v) { s.film.screen.period_u_um = s.film.screen.period_v_um = v; }},
+      {"period_u_um", 20, 400, false, "period along the red lines",
+       [](SimSpec& s, double v) { s.film.screen.period_u_um = v; }},
+      {"period_v_um", 20, 400, false, "period across the red lines",
+       [](SimSpec& s, double v) { s.film.screen.period_v_um = v; }},
+      {"phase_u", -1e6, 1e6, false, "screen coordinate u of the first pixel",
+       [](SimSpec& s, double v) { s.film.screen.phase_u = v; }},
+      {"phase_v", -1e6, 1e6, false, "screen coordinate v of the first pixel",
+       [](SimSpec& s, double v) { s.film.screen.phase_v = v; }},
+      {"red_fraction", 0.05, 0.95, false, "width of a red line [period]",
+       [](SimSpec& s, double v) { s.film.screen.red_fraction = v; }},
+      {"green_fraction", 0.05, 0.95, false, "length of a green element [period]",
+       [](SimSpec& s, double v) { s.film.screen.green_fraction = v; }},
+      {"bend_px", 0, 100, false, "largest smooth displacement of the réseau",
+       [](SimSpec& s, double v) { s.film.screen.bend_px = v; }},
+      {"mirrored", 0, 1, true, "film laid in the other way round",
+       [](SimSpec& s, double v) { s.film.mirrored = v != 0; }},
+      {"wobble_px", 0, 20, false, "largest error of the stage",
+       [](SimSpec& s, double v) { s.film.wobble_px = v; }},
+      {"fade", 0, 1, false, "0 fresh dyes, 1 grey elements",
+       [](SimSpec& s, double v) { s.film.fade = v; }},
+      {"width_px", 16, 20000, true, "of a frame",
+       [](SimSpec& s, double v) { s.film.frame.width_px = as_int(v); }},
+      {"height_px", 16, 20000, true, "of a frame",
+       [](SimSpec& s, double v) { s.film.frame.height_px = as_int(v); }},
+      {"frames", 1, 40, true, "on the strip",
+       [](SimSpec& s, double v) { s.film.frame.n_frames = as_int(v); }},
+      {"border_px", 0, 2000, false, "dark border around the picture",
+       [](SimSpec& s, double v) { s.film.frame.border_px = v; }},
+      {"rebate_px", 0, 2000, false, "clear rebate around the border",
+       [](SimSpec& s, double v) { s.film.frame.rebate_px = v; }},
+      {"blur_px", 0, 10, false, "standard deviation of the blur in red, green and blue",
+       [](SimSpec& s, double v) {
+         s.optics.blur_px[0] = s.optics.blur_px[1] = s.optics.blur_px[2] = v;
+       }},
+      {"ir_blur_px", 0, 10, false, "standard deviation of the blur in infrared",
+       [](SimSpec& s, double v) { s.optics.blur_px[3] = v; }},
+      {"aperture_px", 0.5, 4, false, "width over which a pixel integrates",
+       [](SimSpec& s, double v) { s.optics.aperture_px = v; }},
+      {"cells", 1, 16, true, "cells per pixel of the numerical integration",
+       [](SimSpec& s, double v) { s.optics.cells_per_px = as_int(v); }},
+      {"noise", 0, 0.5, false, "standard deviation at full scale [fraction of full scale]",
+       [](SimSpec& s, double v) { s.sensor.noise = v; }},
+      {"bits", 8, 16, true, "of the A/D converter when no unit stands in between",
+       [](SimSpec& s, double v) { s.sensor.adc_bits = as_int(v); }},
+      {"level", 0.01, 10, false, "fraction of full scale that bare light reaches",
+       [](SimSpec& s, double v) { s.sensor.clear_level = v; }},
+      {"seed", 0, 9007199254740992.0, true, "of noise and scene",
+       [](SimSpec& s, double v) { s.film.seed = static_cast<std::uint64_t>(v); }},
+      {"cold", 0, 1, true, "the unit was just switched on",
+       [](SimSpec& s, double v) { s.unit.cold = v != 0; }},
+      {"film_arrives", 0, 100000, true, "film is pushed in after so many polls",
+       [](SimSpec& s, double v) { s.unit.film_arrives_polls = as_int(v); }},
+      {"busy_polls", 0, 100000, true, "polls that an operation stays busy",
+       [](SimSpec& s, double v) { s.unit.busy_polls = as_int(v); }},
+      {"stale", 0, 1048576, true, "bytes an earlier program left in the pipe",
+       [](SimSpec& s, double v) { s.unit.stale_bytes = as_int(v); }},
+      {"unplug_after", 0, 1e9, true, "transfers until the unit is gone (0 = never)",
+       [](SimSpec& s, double v) { s.unit.unplug_after = as_int(v); }},
+      {"stall_after", 0, 1e9, true, "transfers until one stalls (0 = never)",
+       [](SimSpec& s, double v) { s.unit.stall_after = as_int(v); }},
+      {"silent_after", 0, 1e9, true, "transfers until the unit stops answering (0 = never)",
+       [](SimSpec& s, double v) { s.unit.silent_after = as_int(v); }},
+  };
+  return keys;
+}
+
+std::string number_text(double v) {
+  char buffer[32];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, v);
+  return {buffer, end.ptr};
+}
+
+std::string quoted(std::string_view text) {
+  std::string result(text);
+  result.insert(result.begin(), '"');
+  result.push_back('"');
+  return result;
+}
+
+double parse_number(const Key& key, std::string_view text) {
+  double value = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool read = result.ec == std::errc() && result.ptr == text.data() + text.size();
+  if (!read || !std::isfinite(value) || value < key.min || value > key.max ||
+      (key.whole && value != std::floor(value))) {
+    throw InputError("The simulated device cannot use " + quoted(text) + " for " +
+                     quoted(key.name) + ": give a " + (key.whole ? "whole " : "") + "number from " +
+                     number_text(key.min) + " to " + number_text(key.max) + ".");
+  }
+  return value;
+}
+
+void apply(SimSpec& spec, std::string_view name, std::string_view value) {
+  for (const WordKey& key : word_keys()) {
+    if (key.name != name) continue;
+    const auto found = key.words.find(value);
+    if (found != key.words.end()) return found->second(spec);
+    std::string known;
+    for (const auto& [word, set] : key.words) {
+      if (!known.empty()) known.append(", ");
+      known.append(quoted(word));
+    }
+    throw InputError("The simulated device does not know " + quoted(name) + "=" + quoted(value) +
+                     "; known are " + known + ".");
+  }
+  for (const Key& key : number_keys()) {
+    if (key.name == name) return key.set(spec, parse_number(key, value));
+  }
+  throw InputError("The simulated device has no setting " + quoted(name) + ". Known settings:\n" +
+                   sim_key_help());
+}
+
+void check_together(const SimSpec& spec) {
+  const FrameSpec& frame = spec.film.frame;
+  const double smaller = frame.width_px < frame.height_px ? frame.width_px : frame.height_px;
+  if (2 * (frame.border_px + frame.rebate_px) > smaller - 8) {
+    throw InputError(
+        "Border and rebate of the simulated film leave no picture; make border_px and rebate_px "
+        "smaller or the frame larger.");
+  }
+}
+
+}  // namespace
+
+SimSpec parse_sim_spec(std::string_view name) {
+  constexpr std::string_view kPrefix = "sim:";
+  if (name.substr(0, kPrefix.size()) == kPrefix) name.remove_prefix(kPrefix.size());
+  const std::size_t mark = name.find('?');
+  SimSpec spec;
+  spec.model = std::string(name.substr(0, mark));
+  std::string_view query = mark == std::string_view::npos ? "" : name.substr(mark + 1);
+  while (!query.empty()) {
+    const std::size_t end = query.find('&');
+    const std::string_view pair = query.substr(0, end);
+    query = end == std::string_view::npos ? "" : query.substr(end + 1);
+    if (pair.empty()) continue;
+    const std::size_t equals = pair.find('=');
+    if (equals == std::string_view::npos) {
+      throw InputError("In the name of a simulated device every setting has a value: " +
+                       quoted(pair) + " should read key=value.");
+    }
+    apply(spec, pair.substr(0, equals), pair.substr(equals + 1));
+  }
+  check_together(spec);
+  return spec;
+}
+
+std::string sim_key_help() {
+  std::string text;
+  for (const WordKey& key : word_keys()) {
+    std::string words;
+    for (const auto& [word, set] : key.words) {
+      if (!words.empty()) words.push_back('|');
+      words.append(word);
+    }
+    text.append("  ").append(key.name).append("=").append(words);
+    text.append("  ").append(key.meaning).append("\n");
+  }
+  for (const Key& key : number_keys()) {
+    text.append("  ").append(key.name).append("=").append(number_text(key.min));
+    text.append("..").append(number_text(key.max));
+    text.append("  ").append(key.meaning).append("\n");
+  }
+  return text;
+}
+
+}  // namespace reseau::sim

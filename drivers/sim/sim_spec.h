@@ -1,0 +1,38 @@
+// The name of a simulated device, parsed: "sim:ls5000?film=dufay&scene=chart&angle=23". Keys and
+// ranges: README.md, or sim_key_help().
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "drivers/sim/film_spec.h"
+
+namespace reseau::sim {
+
+// Faults and habits of the simulated unit. Counts are of bulk transfers since opening; 0 = never.
+struct UnitSpec {
+  bool cold = false;           // still initialising when opened; reports power on afterwards
+  int film_arrives_polls = 0;  // film is pushed in after so many TEST UNIT READY
+  int busy_polls = 2;          // polls that an asynchronous operation stays busy
+  int stale_bytes = 0;         // left in the IN pipe by an earlier program
+  int unplug_after = 0;        // from this transfer on the unit is gone
+  int stall_after = 0;         // this one transfer stalls
+  int silent_after = 0;        // from this transfer on IN times out
+};
+
+struct SimSpec {
+  std::string model = "ls5000";
+  FilmSpec film;
+  OpticsSpec optics;
+  SensorSpec sensor;
+  UnitSpec unit;
+};
+
+// Accepts the name with or without "sim:". Throws InputError with a sentence that lists the known
+// keys and ranges for an unknown key or a value outside its range. The model is not checked here.
+[[nodiscard]] SimSpec parse_sim_spec(std::string_view name);
+
+// One line per key: name, range, meaning.
+[[nodiscard]] std::string sim_key_help();
+
+}  // namespace reseau::sim

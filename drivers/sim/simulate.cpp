@@ -1,0 +1,106 @@
+#include "drivers/sim/simulate.h"
+
+#include <algorithm>
+
+#include "core/base/check.h"
+#include "core/base/error.h"
+#include "drivers/sim/sensor.h"
+
+namespace reseau::sim {
+
+FilmTruth::FilmTruth(const FilmSpec& spec, const ScanWindow& window)
+    : spec_(spec), window_(window), strip_(std::make_unique<FilmStrip>(spec)) {
+  if (spec.kind == FilmKind::kDufay) dufay_ = std::make_unique<DufayFilm>(spec);
+}
+
+double FilmTruth::optical_x(double x) const {
+  return window_.x_px + x * window_.pitch + (window_.pitch - 1) / 2.0;
+}
+double FilmTruth::optical_y(double y) const {
+  return window_.y_px + y * window_.pitch + (window_.pitch - 1) / 2.0;
+}
+
+ScreenPoint FilmTruth::screen_from_scan(double x, double y) const {
+  CHECK(dufay_ != nullptr);
+  return dufay_->screen_from_scan(optical_x(x), optical_y(y));
+}
+
+std::array<double, 3> FilmTruth::process_rgb(double x, double y) const {
+  if (spec_.kind == FilmKind::kEmpty) return {1, 1, 1};
+  return strip_->silver_at(optical_x(x), optical_y(y));
+}
+
+std::vector<Patch> FilmTruth::patches() const {
+  std::vector<Patch> result;
+  if (spec_.kind == FilmKind::kEmpty) return result;
+  const double p = window_.pitch, shift = (window_.pitch - 1) / 2.0;
+  for (Patch patch : strip_->patches()) {
+    patch.x0 = std::max(0.0, (patch.x0 - window_.x_px - shift) / p);
+    patch.x1 = std::min(window_.width_px - 1.0, (patch.x1 - window_.x_px - shift) / p);
+    patch.y0 = std::max(0.0, (patch.y0 - window_.y_px - shift) / p);
+    patch.y1 = std::min(window_.n_lines - 1.0, (patch.y1 - window_.y_px - shift) / p);
+    if (patch.x0 < patch.x1 && patch.y0 < patch.y1) result.push_back(patch);
+  }
+  return result;
+}
+
+ScreenGradient FilmTruth::mean_gradient() const {
+  CHECK(dufay_ != nullptr);
+  ScreenGradient g = dufay_->screen().gradient();
+  const double sign = spec_.mirrored ? -window_.pitch : window_.pitch;
+  g.u_x *= sign;
+  g.v_x *= sign;
+  g.u_y *= window_.pitch;
+  g.v_y *= window_.pitch;
+  return g;
+}
+
+std::array<double, 3> FilmTruth::area_fractions() const {
+  CHECK(dufay_ != nullptr);
+  return dufay_->screen().area_fractions();
+}
+
+SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window) {
+  if (window.width_px < 1 || window.n_lines < 1 || window.pitch < 1) {
+    throw InputError("A simulated scan needs at least one pixel, one line and a pitch of 1.");
+  }
+  const ScanRenderer renderer(make_film(spec.film), spec.optics, window);
+  LineFormat format;
+  format.width_px = window.width_px;
+  format.n_lines = window.n_lines;
+  format.channels = {Channel::kRed, Channel::kGreen, Channel::kBlue, Channel::kInfrared};
+  format.significant_bits = spec.sensor.adc_bits;
+  format.x_dpi = format.y_dpi = 25400.0 / spec.film.frame.pixel_um / window.pitch;
+
+  SensorPass pass;
+  pass.level.fill(spec.sensor.clear_level);
+  pass.seed = spec.film.seed;
+  const std::size_t per_line = format.samples_per_line();
+  std::vector<std::uint16_t> samples(per_line * static_cast<std::size_t>(window.n_lines));
+  constexpr int kBandLines = 256;
+  std::vector<float> band(per_line * kBandLines);
+  for (int first = 0; first < window.n_lines; first += kBandLines) {
+    const int n = std::min(kBandLines, window.n_lines - first);
+    const std::size_t size = per_line * static_cast<std::size_t>(n);
+    renderer.transmittance(first, n, std::span(band).first(size));
+    digitise(std::span(band).first(size), window, first, spec.sensor, pass,
+             std::span(samples).subspan(per_line * static_cast<std::size_t>(first), size));
+  }
+  const int full = (1 << spec.sensor.adc_bits) - 1;
+  if (full != 65535) {
+    for (std::uint16_t& v : samples) {
+      v = static_cast<std::uint16_t>((static_cast<int>(v) * 65535LL + full / 2) / full);
+    }
+  }
+  return {std::move(format), std::move(samples), FilmTruth(spec.film, window)};
+}
+
+SimulatedScan simulate_frame(const SimSpec& spec) {
+  return simulate_window(spec, {.x_px = 0,
+                                .y_px = 0,
+                                .width_px = spec.film.frame.width_px,
+                                .n_lines = spec.film.frame.height_px,
+                                .pitch = 1});
+}
+
+}  // namespace reseau::sim

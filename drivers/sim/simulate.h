@@ -1,0 +1,57 @@
+// The simulated film without the simulated wire: lines and the truth about them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/line/line_format.h"
+#include "drivers/sim/dufay_film.h"
+#include "drivers/sim/scan_renderer.h"
+#include "drivers/sim/sim_spec.h"
+
+namespace reseau::sim {
+
+// Everything that is known about a scan pixel of a window. Coordinates are delivered pixels of the
+// window, (0, 0) the centre of the first. Immutable, thread-safe.
+class FilmTruth {
+ public:
+  FilmTruth(const FilmSpec& spec, const ScanWindow& window);
+
+  // False for film=none and film=empty: then there is no réseau.
+  [[nodiscard]] bool has_screen() const { return dufay_ != nullptr; }
+  // (u, v) in periods, conventions of ScreenPoint. has_screen() must hold.
+  [[nodiscard]] ScreenPoint screen_from_scan(double x, double y) const;
+  // Process RGB: the linear silver transmittance behind a red, green and blue element if it lay
+  // there; neither blurred nor sampled by the réseau. 1 = clear.
+  [[nodiscard]] std::array<double, 3> process_rgb(double x, double y) const;
+  // Flat areas, clipped to the window; empty for scenes that have none.
+  [[nodiscard]] std::vector<Patch> patches() const;
+  // Frequency vectors of u and of v, the bend left out [cycles/px]: {u_x, u_y}, {v_x, v_y}.
+  [[nodiscard]] ScreenGradient mean_gradient() const;
+  [[nodiscard]] std::array<double, 3> area_fractions() const;
+  [[nodiscard]] const FilmSpec& spec() const { return spec_; }
+
+ private:
+  [[nodiscard]] double optical_x(double x) const;
+  [[nodiscard]] double optical_y(double y) const;
+  FilmSpec spec_;
+  ScanWindow window_;
+  std::unique_ptr<FilmStrip> strip_;
+  std::unique_ptr<DufayFilm> dufay_;
+};
+
+struct SimulatedScan {
+  LineFormat format;                   // red, green, blue, infrared
+  std::vector<std::uint16_t> samples;  // canonical: [line][channel][pixel], full scale 65535
+  FilmTruth truth;
+};
+
+// The whole first frame at optical resolution; its size is spec.film.frame, so a small frame holds
+// the whole scene. Bare light reaches spec.sensor.clear_level in every channel.
+[[nodiscard]] SimulatedScan simulate_frame(const SimSpec& spec);
+// Any window of the film. Throws InputError when the window is empty.
+[[nodiscard]] SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window);
+
+}  // namespace reseau::sim
