@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "core/base/clock.h"
 
@@ -34,6 +35,9 @@ class UsbTransport {
   virtual std::size_t bulk_in(Endpoint endpoint, std::span<std::byte> buffer, Duration timeout) = 0;
   virtual void clear_halt(Endpoint endpoint) = 0;
   virtual void reset() = 0;
+  // Names what the following transfers are for ("focus", "exposure pass 2"). A recording keeps it,
+  // a replay reports it with a mismatch, everything else ignores it.
+  virtual void annotate(std::string_view /*phase*/) {}
 };
 
 }  // namespace reseau

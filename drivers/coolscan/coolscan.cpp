@@ -1,0 +1,277 @@
+#include "drivers/coolscan/coolscan.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/check.h"
+#include "core/base/error.h"
+#include "drivers/coolscan/metering_pass.h"
+#include "drivers/coolscan/models.h"
+#include "drivers/utc_time.h"
+
+namespace reseau::coolscan {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kColdStart = 180s;
+// 7 s on an LS-50, 26 s on an LS-5000.
+constexpr Duration kFocusTimeout = 180s;
+constexpr double k10nsPerUs = 100.0;
+constexpr int kMaxMeterPasses = 6;
+
+constexpr std::array kColours = {Colour::kRed, Colour::kGreen, Colour::kBlue, Colour::kInfrared};
+
+}  // namespace
+
+Coolscan::Coolscan(std::unique_ptr<UsbTransport> usb, std::shared_ptr<Clock> clock, OpenAs open_as)
+    : clock_(std::move(clock)),
+      usb_(std::move(usb)),
+      scsi_(*usb_, *clock_),
+      unit_(scsi_, *clock_),
+      open_as_(std::move(open_as)) {
+  unit_.annotate("open");
+  description_.inquiry = parse_standard_inquiry(unit_.read_inquiry());
+  const Model* const model = model_by_product(description_.inquiry.product);
+  if (model == nullptr) {
+    throw DeviceError(DeviceError::Kind::kProtocol,
+                      "This is not a scanner that the program knows: \"" +
+                          description_.inquiry.vendor + " " + description_.inquiry.product + "\".",
+                      "INQUIRY");
+  }
+  description_.infrared = model->infrared;
+  description_.serial = usb_->identity().serial;
+  description_.link = max_packet_bytes() >= 512 ? "USB, high speed" : "USB, full speed";
+  read_film_state();
+  unit_.reserve();
+  unit_.set_units_per_inch(description_.addresses.max_dpi);
+}
+
+Coolscan::~Coolscan() {
+  stop();
+  try {
+    unit_.annotate("close");
+    unit_.release();
+  } catch (const std::exception&) {
+    // Nobody is left to tell; an unplugged unit needs no release.
+  }
+}
+
+void Coolscan::read_film_state() {
+  description_.film_present = unit_.wait_ready(kColdStart) == Unit::Ready::kGood;
+  do {
+    describe_unit();
+  } while (unit_.take_attention());
+  capabilities_ = capabilities_of(description_);
+}
+
+void Coolscan::describe_unit() {
+  const std::vector<std::uint8_t> pages =
+      parse_page_list(unit_.read_page(kPageList).value_or(Bytes{}));
+  const auto page = [&](std::uint8_t code) -> Bytes {
+    if (std::find(pages.begin(), pages.end(), code) == pages.end()) return {};
+    return unit_.read_page(code).value_or(Bytes{});
+  };
+  description_.addresses = parse_addresses(page(kAddresses));
+  description_.windows = parse_window_abilities(page(kWindowAbilities));
+  description_.duties = parse_duties(page(kDuties));
+  description_.adapter = parse_name_page(page(kAdapterName));
+  description_.frame_tops_px.clear();
+  if (description_.film_present && description_.duties.frame_table) {
+    const std::optional<Bytes> table = unit_.read_data(DataType::kFrameTable, Colour::kRed);
+    if (table) description_.frame_tops_px = parse_frame_table(*table);
+  }
+}
+
+Negotiated Coolscan::negotiate(const ScanRequest& request) const {
+  return coolscan::negotiate(request, description_);
+}
+
+void Coolscan::enter(ScanObserver& observer, ScanPhase phase, const std::string& detail) {
+  unit_.annotate(detail);
+  observer.phase(phase, detail);
+}
+
+bool Coolscan::start(const ScanPlan& plan, ScanObserver& observer, const std::stop_token& stop) {
+  CHECK(!pass_);
+  try {
+    if (prepare(plan, observer, stop)) return true;
+  } catch (...) {
+    this->stop();
+    throw;
+  }
+  this->stop();
+  return false;
+}
+
+bool Coolscan::prepare(const ScanPlan& plan, ScanObserver& observer, const std::stop_token& stop) {
+  enter(observer, ScanPhase::kWarmUp, "waiting for the scanner");
+  const Unit::Ready ready = unit_.wait_ready(kColdStart, stop);
+  if (ready == Unit::Ready::kStopped) return false;
+  if (ready == Unit::Ready::kNoMedium) {
+    throw sense_error(unit_.last_sense(), test_unit_ready().describe());
+  }
+  if (unit_.take_attention() || !description_.film_present) read_film_state();
+  if (!still_fits(plan, description_)) {
+    throw DeviceError(DeviceError::Kind::kRefused,
+                      "The film or the adapter was changed after the scan was prepared, and the "
+                      "scan no longer fits. Start again.",
+                      plan.describe());
+  }
+
+  context_ = {};
+  context_.device_name = open_as_.device_name;
+  context_.make = capabilities_.make;
+  context_.model = capabilities_.model;
+  context_.firmware = capabilities_.firmware;
+  context_.serial = capabilities_.serial;
+  context_.holder = capabilities_.adapter;
+  context_.started_at_utc = open_as_.started_at_utc.empty() ? utc_now() : open_as_.started_at_utc;
+
+  send_tables(plan.infrared);
+  if (stop.stop_requested()) return false;
+  focus(plan, observer);
+  if (stop.stop_requested()) return false;
+  const std::optional<Exposures> exposures = settle_exposures(plan, observer, stop);
+  if (!exposures || stop.stop_requested()) return false;
+
+  enter(observer, ScanPhase::kScan, "scan");
+  format_ = plan.format;
+  next_line_ = 0;
+  pass_.emplace(unit_, pass_of(plan, *exposures), max_packet_bytes());
+  return true;
+}
+
+void Coolscan::send_tables(bool infrared) {
+  const DutyPage& duties = description_.duties;
+  if (!duties.look_up_table || duties.table_in_bits < 1 || duties.table_in_bits > 16) return;
+  // The table survives between programs; another one may have left a curve.
+  const Bytes table =
+      identity_table(duties.table_in_bits, std::clamp(duties.table_out_bits, 1, 16));
+  for (const Colour colour : kColours) {
+    if (colour != Colour::kInfrared || infrared) unit_.send_table(colour, table);
+  }
+}
+
+void Coolscan::focus(const ScanPlan& plan, ScanObserver& observer) {
+  if (plan.focus.mode == FocusRequest::Mode::kPosition) {
+    enter(observer, ScanPhase::kFocus, "moving the focus");
+    unit_.perform(Operation::kMoveFocus, {static_cast<std::uint32_t>(plan.focus.position), 0},
+                  kFocusTimeout);
+  } else if (plan.focus.mode == FocusRequest::Mode::kAuto) {
+    enter(observer, ScanPhase::kFocus, "autofocus");
+    const Unit::Ready ready = unit_.perform(
+        Operation::kAutofocus,
+        {static_cast<std::uint32_t>(plan.focus_x_px), static_cast<std::uint32_t>(plan.focus_y_px)},
+        kFocusTimeout);
+    if (ready == Unit::Ready::kOutOfFocus) {
+      observer.note(
+          "Autofocus found no detail at that point of the film; the scan goes on with the focus as "
+          "it stands. Choose a point with detail, or give the focus position as a number. "
+          "[01/61/02]");
+      unit_.wait_ready(kFocusTimeout);
+    }
+  }
+  context_.focus_position = static_cast<int>(unit_.get_parameters(Operation::kMoveFocus).first);
+}
+
+Exposures Coolscan::white_balance() {
+  Exposures exposures{};
+  for (std::size_t i = 0; i < kColours.size(); ++i) {
+    constexpr std::size_t kReplyBytes = kDataHeadBytes + 4;
+    const std::optional<Bytes> data = unit_.read_data(DataType::kWhiteBalanceExposure, kColours[i]);
+    if (data && data->size() >= kReplyBytes) {
+      exposures[i] = static_cast<std::uint32_t>(load_be(*data, kDataHeadBytes, 4));
+    } else if (const std::optional<Window> window = unit_.get_window(kColours[i])) {
+      exposures[i] = window->exposure_10ns;
+    }
+  }
+  return exposures;
+}
+
+std::optional<Exposures> Coolscan::settle_exposures(const ScanPlan& plan, ScanObserver& observer,
+                                                    const std::stop_token& stop) {
+  const WindowPage& windows = description_.windows;
+  // What GET WINDOW returns is the last scan's: repeated metering would multiply.
+  Exposures exposures = white_balance();
+  if (plan.exposure.mode == ExposureRequest::Mode::kMeter) {
+    Metering metering(exposures, {windows.exposure_min_10ns, windows.exposure_max_10ns});
+    if (!meter(plan, metering, observer, stop)) return std::nullopt;
+    metering.multiply(plan.exposure.factor);
+    exposures = metering.exposures();
+  } else {
+    for (std::size_t i = 0; i < exposures.size(); ++i) {
+      const std::optional<double>& us = plan.exposure.exposure_us[i];
+      if (us) exposures[i] = static_cast<std::uint32_t>(*us * k10nsPerUs + 0.5);
+    }
+  }
+  for (std::size_t i = 0; i < (plan.infrared ? 4U : 3U); ++i) {
+    context_.exposure_us[i] = exposures[i] / k10nsPerUs;
+  }
+  return exposures;
+}
+
+bool Coolscan::meter(const ScanPlan& plan, Metering& metering, ScanObserver& observer,
+                     const std::stop_token& stop) {
+  const PassSpec coarse = coarse_pass_of(plan, description_.addresses);
+  for (int pass = 1; pass <= kMaxMeterPasses; ++pass) {
+    enter(observer, ScanPhase::kMeter, "exposure pass " + std::to_string(pass));
+    PassSpec spec = coarse;
+    spec.exposures = metering.exposures();
+    const std::optional<Levels> levels = measure(spec, stop);
+    if (!levels) return false;
+    if (metering.improve(*levels)) return true;
+  }
+  observer.note("The exposure did not settle after " + std::to_string(kMaxMeterPasses) +
+                " passes; bright parts may be cut off. Give the exposures as numbers.");
+  return true;
+}
+
+std::optional<Levels> Coolscan::measure(const PassSpec& spec, const std::stop_token& stop) {
+  ScanPass pass(unit_, spec, max_packet_bytes());
+  const int n_channels = spec.infrared ? 4 : 3;
+  const auto line_samples = static_cast<std::size_t>(n_channels * spec.crop_width_px);
+  LevelHistogram histogram(n_channels);
+  std::vector<std::uint16_t> samples;
+  while (pass.lines_left() > 0 || unit_.scan_open()) {
+    if (stop.stop_requested()) return std::nullopt;
+    const int n = pass.read(samples);
+    for (int i = 0; i < n; ++i) {
+      histogram.add_line(
+          std::span(samples).subspan(static_cast<std::size_t>(i) * line_samples, line_samples));
+    }
+  }
+  Levels levels;
+  for (int c = 0; c < n_channels; ++c) {
+    levels[static_cast<std::size_t>(c)] = histogram.high_level(c);
+  }
+  unit_.wait_ready(kColdStart);
+  return levels;
+}
+
+ReadStatus Coolscan::read(LineBlock& block, Duration /*timeout*/) {
+  if (!pass_) return ReadStatus::kEndOfScan;
+  const int n = pass_->read(block.samples);
+  if (n == 0) {
+    pass_.reset();
+    return ReadStatus::kEndOfScan;
+  }
+  block.first_line = next_line_;
+  block.n_lines = n;
+  block.width_px = format_.width_px;
+  block.n_channels = format_.n_channels();
+  next_line_ += n;
+  return ReadStatus::kLines;
+}
+
+void Coolscan::stop() noexcept {
+  pass_.reset();
+  try {
+    if (unit_.scan_open()) unit_.annotate("stop");
+    unit_.abort_open_scan();
+  } catch (const std::exception&) {
+    // The unit is gone or silent; the next command tells the person.
+  }
+}
+
+}  // namespace reseau::coolscan

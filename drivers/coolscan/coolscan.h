@@ -1,0 +1,75 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/clock.h"
+#include "drivers/coolscan/metering.h"
+#include "drivers/coolscan/plan.h"
+#include "drivers/coolscan/scan_pass.h"
+#include "drivers/coolscan/unit.h"
+#include "drivers/scanner.h"
+#include "drivers/scsi/nikon_usb_scsi.h"
+#include "drivers/usb/usb_transport.h"
+
+namespace reseau::coolscan {
+
+struct OpenAs {
+  std::string device_name;  // kept in the context of captures
+  // Empty: the time of the day at start(). Recordings and replays fix it, so that a replay writes
+  // the bytes of the original.
+  std::string started_at_utc;
+};
+
+// A Nikon Coolscan film scanner on USB: LS-40, LS-50, LS-5000 (drivers/coolscan/README.md).
+// Thread-bound. Owns the transport; the unit is left idle and released when it is destroyed.
+class Coolscan final : public Scanner {
+ public:
+  // Identifies the unit, waits until it has started up (up to three minutes when cold) and reads
+  // what it can do. Throws DeviceError.
+  Coolscan(std::unique_ptr<UsbTransport> usb, std::shared_ptr<Clock> clock, OpenAs open_as);
+  ~Coolscan() override;
+  Coolscan(const Coolscan&) = delete;
+  Coolscan& operator=(const Coolscan&) = delete;
+
+  [[nodiscard]] const Capabilities& capabilities() const override { return capabilities_; }
+  [[nodiscard]] Negotiated negotiate(const ScanRequest& request) const override;
+  [[nodiscard]] bool start(const ScanPlan& plan, ScanObserver& observer,
+                           const std::stop_token& stop) override;
+  [[nodiscard]] const CaptureContext& context() const override { return context_; }
+  // A READ that was sent is always finished, whatever the timeout is: a unit that is left in the
+  // middle of one has to be switched off. kNotReady is therefore never returned.
+  [[nodiscard]] ReadStatus read(LineBlock& block, Duration timeout) override;
+  void stop() noexcept override;
+
+ private:
+  void describe_unit();
+  void read_film_state();
+  bool prepare(const ScanPlan& plan, ScanObserver& observer, const std::stop_token& stop);
+  void send_tables(bool infrared);
+  void focus(const ScanPlan& plan, ScanObserver& observer);
+  // Absent when stopped.
+  std::optional<Exposures> settle_exposures(const ScanPlan& plan, ScanObserver& observer,
+                                            const std::stop_token& stop);
+  bool meter(const ScanPlan& plan, Metering& metering, ScanObserver& observer,
+             const std::stop_token& stop);
+  std::optional<Levels> measure(const PassSpec& spec, const std::stop_token& stop);
+  [[nodiscard]] Exposures white_balance();
+  void enter(ScanObserver& observer, ScanPhase phase, const std::string& detail);
+  [[nodiscard]] int max_packet_bytes() const { return usb_->identity().max_packet_bytes; }
+
+  std::shared_ptr<Clock> clock_;
+  std::unique_ptr<UsbTransport> usb_;
+  NikonUsbScsi scsi_;
+  Unit unit_;
+  OpenAs open_as_;
+  UnitDescription description_;
+  Capabilities capabilities_;
+  CaptureContext context_;
+  std::optional<ScanPass> pass_;
+  LineFormat format_;
+  int next_line_ = 0;
+};
+
+}  // namespace reseau::coolscan

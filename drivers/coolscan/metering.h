@@ -1,0 +1,66 @@
+// The arithmetic of exposure metering; the host meters, no USB unit of the family does.
+// Red, green and blue keep the ratios of the unit's own white balance, so that the balance of the
+// film's colour screen stays as it is; infrared is metered by itself. The sensor is linear in
+// exposure, therefore one proportional step reaches the target from any unclipped measurement.
+// Pure, reentrant.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace reseau::coolscan {
+
+// Red, green, blue, infrared [10 ns].
+using Exposures = std::array<std::uint32_t, 4>;
+
+// Counts samples of the planes of one pass.
+class LevelHistogram {
+ public:
+  explicit LevelHistogram(int n_channels);
+  // Samples in line format: [channel][pixel].
+  void add_line(std::span<const std::uint16_t> line);
+  // The level that all but 0.1 % of the samples stay below or at, 0 to 1. Absent before any sample.
+  [[nodiscard]] std::optional<double> high_level(int channel) const;
+
+ private:
+  std::vector<std::vector<std::uint32_t>> counts_;  // [channel][level / 16]
+};
+
+// High levels of red, green, blue, infrared; absent channels were not measured.
+using Levels = std::array<std::optional<double>, 4>;
+
+struct ExposureLimits {
+  std::uint32_t min_10ns = 1;
+  std::uint32_t max_10ns = 0x03FFFFFF;
+};
+
+// Factors on the white-balance exposures, improved from pass to pass.
+class Metering {
+ public:
+  Metering(const Exposures& white_balance, ExposureLimits limits);
+
+  [[nodiscard]] Exposures exposures() const;
+  // Takes the levels that a pass with exposures() gave. True when no further pass is needed: no
+  // channel clipped and the step was small enough to be exact.
+  bool improve(const Levels& levels);
+  // As the last pass, for a person who asks for more or less light.
+  void multiply(double factor);
+
+ private:
+  struct Step {
+    double factor;
+    bool exact;
+  };
+  [[nodiscard]] Step step_for(double level) const;
+  [[nodiscard]] double limited(double scale, std::size_t first, std::size_t last) const;
+
+  Exposures white_balance_;
+  ExposureLimits limits_;
+  double visible_scale_ = 1.0;
+  double infrared_scale_ = 1.0;
+};
+
+}  // namespace reseau::coolscan

@@ -1,0 +1,59 @@
+#include "drivers/coolscan/metering_pass.h"
+
+#include <algorithm>
+
+#include "drivers/coolscan/plan.h"
+
+namespace reseau::coolscan {
+namespace {
+
+// Pitch 14 of an LS-5000 (recorded Nikon Scan session).
+constexpr int kMeterDpi = 285;
+// Share of width and height that is left out at each edge.
+constexpr double kInset = 0.05;
+
+}  // namespace
+
+PassSpec pass_of(const ScanPlan& plan, const Exposures& exposures) {
+  PassSpec spec;
+  spec.window.resolution_dpi = plan.resolution_dpi;
+  spec.window.x_px = plan.x_origin_px;
+  spec.window.y_px = plan.y_origin_px;
+  spec.window.width_px = plan.window_width_px;
+  spec.window.height_px = plan.window_height_px;
+  spec.window.bits = plan.depth_bits;
+  spec.pitch = plan.pitch;
+  spec.exposures = exposures;
+  spec.infrared = plan.infrared;
+  spec.crop_left_px = plan.crop_left_px;
+  spec.crop_width_px = plan.format.width_px;
+  return spec;
+}
+
+PassSpec coarse_pass_of(const ScanPlan& plan, const AddressPage& addresses) {
+  PassSpec spec = pass_of(plan, {});
+  // Never finer than the scan itself.
+  spec.pitch = std::max(pitch_for(addresses, kMeterDpi), plan.pitch);
+  spec.window.resolution_dpi = addresses.max_dpi / spec.pitch;
+
+  const int inset_y_px = static_cast<int>(plan.window_height_px * kInset);
+  spec.window.y_px += inset_y_px;
+  spec.window.height_px =
+      std::max(plan.window_height_px - 2 * inset_y_px, std::min(spec.pitch, plan.window_height_px));
+  if (spec.window.height_px < spec.pitch) {
+    // An area flatter than one coarse line: meter with the scan's own resolution.
+    spec.pitch = plan.pitch;
+    spec.window.resolution_dpi = plan.resolution_dpi;
+  }
+
+  const int line_px = spec.window.width_px / spec.pitch;
+  const int left_px = plan.crop_left_px * plan.pitch / spec.pitch;
+  const int width_px = std::max(1, plan.format.width_px * plan.pitch / spec.pitch);
+  const int inset_x_px = static_cast<int>(width_px * kInset);
+  spec.crop_left_px = std::min(left_px + inset_x_px, line_px - 1);
+  spec.crop_width_px =
+      std::min(std::max(1, width_px - 2 * inset_x_px), line_px - spec.crop_left_px);
+  return spec;
+}
+
+}  // namespace reseau::coolscan

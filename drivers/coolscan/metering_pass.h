@@ -1,0 +1,16 @@
+#pragma once
+
+#include "drivers/coolscan/pages.h"
+#include "drivers/coolscan/scan_pass.h"
+#include "drivers/scan_plan.h"
+
+namespace reseau::coolscan {
+
+// The pass that a plan asks for.
+[[nodiscard]] PassSpec pass_of(const ScanPlan& plan, const Exposures& exposures);
+
+// A quick pass over the inside of the same area, at the resolution that Nikon Scan meters with.
+// Exposures are left at 0. Bare light at the edge of a picture would poison the metering.
+[[nodiscard]] PassSpec coarse_pass_of(const ScanPlan& plan, const AddressPage& addresses);
+
+}  // namespace reseau::coolscan

@@ -1,0 +1,40 @@
+// From what a person asks and what a unit says it can, to a plan. Pure arithmetic, no device.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "drivers/coolscan/models.h"
+#include "drivers/coolscan/pages.h"
+#include "drivers/scan_plan.h"
+#include "drivers/scanner.h"
+
+namespace reseau::coolscan {
+
+// Everything known of one unit with its adapter and film. Plain value.
+struct UnitDescription {
+  StandardInquiry inquiry;
+  std::string serial, adapter, link;
+  bool infrared = false;
+  bool film_present = false;
+  AddressPage addresses;
+  WindowPage windows;
+  DutyPage duties;
+  std::vector<int> frame_tops_px;  // empty: a frame every max_height_px
+};
+
+[[nodiscard]] Capabilities capabilities_of(const UnitDescription& unit);
+
+// Optical pixels per delivered pixel for a resolution: truncating division, then the next lower
+// pitch that the unit's rule allows, so that no resolution comes out coarser than asked.
+// Source: LS-5000 interface specification, SET WINDOW; ladder of a recorded session.
+[[nodiscard]] int pitch_for(const AddressPage& addresses, int resolution_dpi);
+
+// Throws InputError when nothing near the request is possible.
+[[nodiscard]] Negotiated negotiate(const ScanRequest& request, const UnitDescription& unit);
+
+// False when the adapter or the film changed so that the plan would leave the unit's boundary or
+// ask for what the unit does not offer.
+[[nodiscard]] bool still_fits(const ScanPlan& plan, const UnitDescription& unit);
+
+}  // namespace reseau::coolscan

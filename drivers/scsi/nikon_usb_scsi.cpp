@@ -1,0 +1,184 @@
+#include "drivers/scsi/nikon_usb_scsi.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+
+#include "core/base/check.h"
+#include "core/base/error.h"
+
+namespace reseau {
+namespace {
+
+using namespace std::chrono_literals;
+
+// LS-5000 interface specification, USB descriptors.
+constexpr Endpoint kOut = 0x01;
+constexpr Endpoint kIn = 0x82;
+constexpr std::byte kPhaseQuery{0xD0};
+constexpr std::size_t kStatusBytes = 8;
+
+enum Phase : std::uint8_t { kStatus = 1, kDataOut = 2, kDataIn = 3, kBusy = 4 };
+
+constexpr std::size_t kMaxTransferBytes = 128 * 1024;
+constexpr int kMaxAttempts = 3;
+constexpr Duration kBusyPoll = 5ms;
+// Nikon Scan on an LS-40: the time between command and query grows by 2 ms after each "busy", and
+// a query without an answer is given up after 7 s.
+constexpr Duration kQueryDelayStep = 2ms;
+constexpr Duration kMaxQueryDelay = 20ms;
+constexpr Duration kLostCommand = 7s;
+// Eight stale bytes of a process that died were cleared this way on an LS-50.
+constexpr Duration kDrainTimeout = 200ms;
+constexpr std::size_t kMaxDrainBytes = 1024 * 1024;
+
+DeviceError out_of_step(const Cdb& cdb, const std::string& what) {
+  return {DeviceError::Kind::kProtocol,
+          "The scanner's answers are out of step with the commands. Start again; if it happens "
+          "again, switch the scanner off, wait ten seconds and switch it on.",
+          cdb.describe() + ": " + what};
+}
+
+}  // namespace
+
+NikonUsbScsi::NikonUsbScsi(UsbTransport& usb, Clock& clock)
+    : usb_(usb),
+      clock_(clock),
+      max_packet_bytes_(static_cast<std::size_t>(usb.identity().max_packet_bytes)),
+      query_delay_(full_speed() ? kQueryDelayStep : Duration(0)),
+      packet_(max_packet_bytes_) {
+  CHECK(max_packet_bytes_ >= kStatusBytes && kMaxTransferBytes % max_packet_bytes_ == 0);
+}
+
+ScsiReply NikonUsbScsi::command(const Cdb& cdb, Duration timeout) {
+  return transact(cdb, {}, {}, timeout);
+}
+
+ScsiReply NikonUsbScsi::send(const Cdb& cdb, ByteView out, Duration timeout) {
+  return transact(cdb, out, {}, timeout);
+}
+
+ScsiReply NikonUsbScsi::receive(const Cdb& cdb, std::span<std::byte> in, Duration timeout) {
+  return transact(cdb, {}, in, timeout);
+}
+
+ScsiReply NikonUsbScsi::transact(const Cdb& cdb, ByteView out, std::span<std::byte> in,
+                                 Duration timeout) {
+  const TimePoint until = clock_.now() + timeout;
+  for (int attempt = 1;; ++attempt) {
+    const bool last = attempt == kMaxAttempts;
+    try {
+      return transact_once(cdb, out, in, until);
+    } catch (const CommandLost&) {
+      if (last) throw out_of_step(cdb, "busy, then no answer, three times");
+    } catch (const DeviceError& error) {
+      if (error.kind() == DeviceError::Kind::kDisconnected) throw;
+      resynchronise();
+      if (last || !cdb.repeatable() || clock_.now() >= until) throw;
+    }
+  }
+}
+
+ScsiReply NikonUsbScsi::transact_once(const Cdb& cdb, ByteView out, std::span<std::byte> in,
+                                      TimePoint until) {
+  usb_.bulk_out(kOut, cdb.bytes(), remaining(until));
+  const std::uint8_t phase = query_phase(cdb, until);
+  std::size_t received = 0;
+  // The unit decides the phase: a command that fails answers "status" although it names a length.
+  if (phase == kDataOut && !out.empty()) {
+    usb_.bulk_out(kOut, out, remaining(until));
+  } else if (phase == kDataIn && !in.empty()) {
+    read_data(cdb, in, until);
+    received = in.size();
+  } else if (phase != kStatus) {
+    throw out_of_step(cdb, "phase " + std::to_string(int{phase}));
+  }
+  ScsiReply reply = read_status(cdb, until);
+  reply.received = received;
+  if (reply.good && received != in.size()) throw out_of_step(cdb, "good status without data");
+  return reply;
+}
+
+std::uint8_t NikonUsbScsi::query_phase(const Cdb& cdb, TimePoint until) {
+  if (query_delay_ > Duration(0)) clock_.sleep_for(query_delay_);
+  bool was_busy = false;
+  for (;;) {
+    usb_.bulk_out(kOut, {&kPhaseQuery, 1}, remaining(until));
+    const Duration patience =
+        full_speed() ? std::min(kLostCommand, remaining(until)) : remaining(until);
+    std::size_t n = 0;
+    try {
+      n = usb_.bulk_in(kIn, packet_, patience);
+    } catch (const DeviceError& error) {
+      if (was_busy && error.kind() == DeviceError::Kind::kTimeout && clock_.now() < until) {
+        throw CommandLost{};
+      }
+      throw;
+    }
+    if (n != 1) throw out_of_step(cdb, "a phase of " + std::to_string(n) + " bytes");
+    const std::uint8_t phase = u8_at(packet_, 0);
+    if (phase != kBusy) return phase;
+    was_busy = true;
+    if (full_speed()) query_delay_ = std::min(query_delay_ + kQueryDelayStep, kMaxQueryDelay);
+    if (clock_.now() >= until) {
+      throw DeviceError(DeviceError::Kind::kTimeout,
+                        "The scanner stays busy and does not take the command. Switch it off, wait "
+                        "ten seconds and switch it on again.",
+                        cdb.describe() + ": busy until the deadline");
+    }
+    clock_.sleep_for(kBusyPoll);
+  }
+}
+
+void NikonUsbScsi::read_data(const Cdb& cdb, std::span<std::byte> in, TimePoint until) {
+  std::size_t done = 0;
+  while (done < in.size()) {
+    const std::size_t missing = in.size() - done;
+    const std::size_t packets = (missing + max_packet_bytes_ - 1) / max_packet_bytes_;
+    const std::size_t ask = std::min(packets * max_packet_bytes_, kMaxTransferBytes);
+    if (staging_.size() < ask) staging_.resize(ask);
+    const std::size_t n = usb_.bulk_in(kIn, std::span(staging_).first(ask), remaining(until));
+    // A short transfer is not the end of the data, an empty one is nothing.
+    if (n == 0) throw out_of_step(cdb, "data ended after " + std::to_string(done) + " bytes");
+    // The last packet may be padded to its full size; its tail is dropped.
+    const std::size_t used = std::min(n, missing);
+    std::copy_n(staging_.begin(), used, in.begin() + static_cast<std::ptrdiff_t>(done));
+    done += used;
+  }
+}
+
+ScsiReply NikonUsbScsi::read_status(const Cdb& cdb, TimePoint until) {
+  const std::size_t n = usb_.bulk_in(kIn, packet_, remaining(until));
+  if (n < kStatusBytes) throw out_of_step(cdb, "a status of " + std::to_string(n) + " bytes");
+  const std::uint8_t status = u8_at(packet_, 0);
+  if (status != 0x00 && status != 0x02) {
+    throw out_of_step(cdb, "status " + hex_of(std::span(packet_).first(kStatusBytes)));
+  }
+  ScsiReply reply;
+  reply.good = status == 0x00;
+  const std::uint8_t flags = u8_at(packet_, 1);
+  reply.sense = {static_cast<std::uint8_t>(flags & 0x0F), u8_at(packet_, 2), u8_at(packet_, 3),
+                 u8_at(packet_, 4), (flags & 0x20) != 0};
+  return reply;
+}
+
+void NikonUsbScsi::resynchronise() {
+  try {
+    usb_.clear_halt(kIn);
+    usb_.clear_halt(kOut);
+    std::vector<std::byte> stale(16 * max_packet_bytes_);
+    for (std::size_t drained = 0; drained < kMaxDrainBytes;) {
+      const std::size_t n = usb_.bulk_in(kIn, stale, kDrainTimeout);
+      if (n == 0) return;
+      drained += n;
+    }
+  } catch (const DeviceError&) {
+    // A timeout says that the pipe is empty; any other failure shows at the next command.
+  }
+}
+
+Duration NikonUsbScsi::remaining(TimePoint until) const {
+  return std::max(until - clock_.now(), Duration(1ms));
+}
+
+}  // namespace reseau
