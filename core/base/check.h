@@ -1,6 +1,6 @@
 // CHECK: abort with the expression, in every build, when the program itself is wrong. Never for bad
-// input. DCHECK: only inside loops over pixels, gone with NDEBUG. The message names the file without
-// its folder, so that no path of the building machine is in the program.
+// input. DCHECK: only inside loops over pixels, gone with NDEBUG. The message names the file
+// without its folder, so that no path of the building machine is in the program.
 #pragma once
 
 #include <cstdio>

@@ -40,8 +40,8 @@ DeltaESummary compare_sets(const std::vector<Vector3>& scene, const std::string&
 // Figures computed independently: they keep the whole chain tied down without any table.
 TEST(SetDifference, OfTheClearReseau) {
   const std::vector<Vector3> clear{{1, 1, 1}};
-  EXPECT_NEAR(
-      compare_sets(clear, "cornwell-clyne-1951", "neblette-1952", Balance::kNeutral).mean, 0, 1e-9);
+  EXPECT_NEAR(compare_sets(clear, "cornwell-clyne-1951", "neblette-1952", Balance::kNeutral).mean,
+              0, 1e-9);
   const Xyz white = white_of(Illuminant::kD65);
   const auto cast = [&white](const char* set) {
     const ColorModel model = make_color_model(set, Balance::kBrightness, OutputSpace::kXyz);
