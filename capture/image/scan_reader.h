@@ -26,7 +26,8 @@ struct ReadScanOptions {
   bool allow_grey = false;       // one channel: format().channels is {kGrey}
   // Give the readable lines of a truncated file instead of refusing it.
   bool accept_truncated = false;
-  std::uint64_t max_memory_bytes = std::uint64_t{12} << 30;
+  // For decoded lines; 0 = three quarters of the machine's memory.
+  std::uint64_t max_memory_bytes = 0;
 };
 
 enum class InfraredFrom { kNone, kFourthSample, kSecondPage, kSidecar };

@@ -1,0 +1,90 @@
+#include "calibration/profile/profile.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "core/base/error.h"
+
+namespace reseau {
+namespace {
+
+void require(bool good, const std::string& field, const char* what) {
+  if (!good) throw InputError("The field '" + field + "' of the calibration profile " + what + ".");
+}
+
+std::string of_channel(const char* field, std::size_t channel) {
+  std::string name(field);
+  return name.append(".").append(kProfileChannelNames[channel]);
+}
+
+bool finite_and_positive(double value) { return std::isfinite(value) && value > 0; }
+bool finite_not_negative(double value) { return std::isfinite(value) && value >= 0; }
+
+void validate_channel(const Profile& profile, std::size_t c) {
+  if (const auto& psf = profile.psf[c]) {
+    require(finite_and_positive(psf->sigma_px), of_channel("psf", c),
+            "must have a sigma_px above 0");
+    require(finite_not_negative(psf->sd_px), of_channel("psf", c),
+            "must have an sd_px of 0 or more");
+  }
+  if (const auto& offset = profile.offset_from_green_px[c]) {
+    require(std::isfinite(offset->x) && std::isfinite(offset->y),
+            of_channel("offset_from_green_px", c), "must be finite");
+  }
+  if (const auto& dark = profile.dark_level[c]) {
+    require(finite_not_negative(*dark) && *dark < 1, of_channel("dark_level", c),
+            "must lie between 0 and 1");
+  }
+  for (const double gain : profile.flat_gain[c]) {
+    require(finite_and_positive(gain), of_channel("flat_gain", c), "must have gains above 0 only");
+  }
+  if (const auto& noise = profile.noise[c]) {
+    require(finite_not_negative(noise->a) && finite_not_negative(noise->b), of_channel("noise", c),
+            "must have a and b of 0 or more");
+  }
+}
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+void compare(std::vector<std::string>& out, const char* what, const std::string& calibrated,
+             const std::string& scanned) {
+  if (calibrated.empty() || scanned.empty() || calibrated == scanned) return;
+  std::string sentence("The calibration is of ");
+  out.push_back(sentence.append(what)
+                    .append(" '")
+                    .append(calibrated)
+                    .append("', the scan of '")
+                    .append(scanned)
+                    .append("'."));
+}
+
+}  // namespace
+
+void validate(const Profile& profile) {
+  require(!profile.model.empty(), "model", "is empty");
+  require(finite_and_positive(profile.resolution_dpi), "resolution_dpi", "must be above 0");
+  for (std::size_t c = 0; c < kProfileChannels; ++c) validate_channel(profile, c);
+}
+
+std::vector<std::string> mismatches(const Profile& profile, const CaptureContext& context,
+                                    double dpi) {
+  std::vector<std::string> out;
+  compare(out, "make", profile.make, context.make);
+  compare(out, "model", profile.model, context.model);
+  compare(out, "serial number", profile.serial, context.serial);
+  compare(out, "firmware", profile.firmware, context.firmware);
+  compare(out, "holder", profile.holder, context.holder);
+  // Files round the resolution to a few digits.
+  if (dpi > 0 && std::abs(dpi - profile.resolution_dpi) > 0.01 * profile.resolution_dpi) {
+    out.push_back("The calibration was measured at " + number(profile.resolution_dpi) +
+                  " dpi, the scan has " + number(dpi) + " dpi.");
+  }
+  return out;
+}
+
+}  // namespace reseau
