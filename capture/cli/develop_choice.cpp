@@ -1,0 +1,125 @@
+#include "capture/cli/develop_choice.h"
+
+#include <cerrno>
+#include <cmath>
+#include <memory>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "capture/cli/failure.h"
+#include "core/base/error.h"
+
+namespace reseau::cli {
+
+void DevelopChoice::add_to(CLI::App& app) {
+  const char* const group = "Picture";
+  app.add_option("--geometry", geometry, "scan: size and orientation of the scan (default)")
+      ->check(CLI::IsMember({"scan"}))
+      ->group(group);
+  app.add_option("--space", space, "process, xyz or srgb-linear (default)")->group(group);
+  app.add_option("--primaries", primaries, "Colours of the elements; see 'reseau colour list'")
+      ->group(group);
+  app.add_option("--balance", balance, "none, brightness, neutral (default) or bradford")
+      ->group(group);
+  app.add_option("--quality", quality, "draft, standard (default) or best")
+      ->check(CLI::IsMember({"draft", "standard", "best"}))
+      ->group(group);
+  app.add_option("--white", white_level,
+                 "Linear value of clear film in the scan, 1 = full scale (default 1)")
+      ->group(group);
+  app.add_option("--threads", n_threads, "Threads; 0 = all cores (default)")
+      ->check(CLI::Range(0, 1024))
+      ->group(group);
+  app.add_flag("--exact", exact, "No shortcut that changes a pixel")->group(group);
+  app.add_flag("--no-view", no_view, "Only the EXR, no PNG and TIFF copies for viewing")
+      ->group(group);
+}
+
+DevelopOptions DevelopChoice::resolve(Reporter& reporter) const {
+  if (!std::isfinite(white_level) || white_level <= 0 || white_level > 16) {
+    throw InputError(fmt::format(
+        "--white {} cannot be. It is the linear value of clear film, between 0 and 16; 1 is full "
+        "scale.",
+        white_level));
+  }
+  DevelopOptions options;
+  options.space = parse_output_space(space);
+  options.balance = parse_balance(balance);
+  options.primaries = primaries.empty() ? primary_set_names().front() : primaries;
+  // Fails now for a name that nobody knows.
+  static_cast<void>(make_color_model(options.primaries, options.balance, options.space));
+  options.white_level = white_level;
+  options.n_threads = n_threads;
+  options.exact = exact;
+  if (quality != "standard") {
+    reporter.note(fmt::format("There is one quality so far, standard; '{}' gives the same picture.",
+                              quality));
+  }
+  return options;
+}
+
+PictureNames picture_names(const std::filesystem::path& directory, const std::string& name) {
+  return {directory / (name + ".exr"), directory / (name + ".png"),
+          directory / (name + "_view.tif"), directory / (name + ".json")};
+}
+
+void prepare_directory(const std::filesystem::path& directory) {
+  std::error_code problem;
+  std::filesystem::create_directories(directory, problem);
+  if (problem || !std::filesystem::is_directory(directory)) {
+    throw Failure(kExitOutput,
+                  fmt::format("The folder {} cannot be made: {}.", directory.string(),
+                              problem ? problem.message() : "a file of that name is in the way"),
+                  "Choose another folder with -o.");
+  }
+  if (::access(directory.c_str(), W_OK | X_OK) != 0) {
+    throw Failure(kExitOutput,
+                  fmt::format("The folder {} cannot be written: {}.", directory.string(),
+                              std::generic_category().message(errno)),
+                  "Choose another folder with -o, or change its permissions.");
+  }
+}
+
+void refuse_existing(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::symlink_status(path, ignored).type() ==
+      std::filesystem::file_type::not_found) {
+    return;
+  }
+  throw Failure(kExitOutput, fmt::format("{} exists already; nothing was done.", path.string()),
+                "Choose another folder with -o, or move that file away.");
+}
+
+DevelopProgress develop_progress(Reporter& reporter, bool scanning, int n_lines) {
+  auto phase_now = std::make_shared<std::optional<DevelopPhase>>();
+  return [&reporter, scanning, n_lines, phase_now](DevelopPhase phase, double fraction) {
+    const bool registering = phase == DevelopPhase::kRegister;
+    const char* const name = registering ? "register" : "reconstruct";
+    if (*phase_now != phase) {
+      *phase_now = phase;
+      reporter.phase(name, registering ? "looking for the réseau" : "", registering && scanning);
+    }
+    reporter.progress(name,
+                      {std::floor(fraction * n_lines), static_cast<double>(n_lines), "lines", 0});
+  };
+}
+
+std::string describe_registration(const Registration& r) {
+  if (!r.found) return "no réseau: " + r.reason;
+  std::string text = fmt::format("{}, confidence {:.2f}, turned {:.2f}°, fits within {:.3f} px",
+                                 r.screen, r.confidence, r.angle_deg, r.residual_px);
+  if (r.period_um[1] > 0) text += fmt::format(", {:.1f} lines/mm", 1000 / r.period_um[1]);
+  return text;
+}
+
+std::string describe_clipping(const ReconstructionReport& report, bool infrared) {
+  const auto& c = report.clipped_fraction;
+  std::string text = fmt::format("red {:.2f} %, green {:.2f} %, blue {:.2f} %", 100 * c[0],
+                                 100 * c[1], 100 * c[2]);
+  if (infrared) text += fmt::format(", infrared {:.2f} %", 100 * c[3]);
+  return text;
+}
+
+}  // namespace reseau::cli

@@ -1,0 +1,50 @@
+// The options of every verb that makes pictures.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <CLI/App.hpp>
+
+#include "capture/cli/reporter.h"
+#include "capture/session/develop.h"
+
+namespace reseau::cli {
+
+struct DevelopChoice {
+  std::string space = "srgb-linear";
+  std::string primaries;
+  std::string balance = "neutral";
+  std::string quality = "standard";
+  std::string geometry = "scan";
+  double white_level = 1.0;
+  int n_threads = 0;
+  bool exact = false;
+  bool no_view = false;
+
+  void add_to(CLI::App& app);
+  // Throws InputError for what cannot be; says on the reporter what is granted otherwise than
+  // asked.
+  [[nodiscard]] DevelopOptions resolve(Reporter& reporter) const;
+};
+
+// Names of one picture's files in a folder.
+struct PictureNames {
+  std::filesystem::path exr, png, view_tiff, receipt;
+};
+[[nodiscard]] PictureNames picture_names(const std::filesystem::path& directory,
+                                         const std::string& name);
+// Makes the folder and looks that it can be written. Failure kExitOutput otherwise.
+void prepare_directory(const std::filesystem::path& directory);
+// Failure kExitOutput when a file is there already: nothing is ever overwritten.
+void refuse_existing(const std::filesystem::path& path);
+
+// Shows registration and reconstruction as they go; registration as work in the background when
+// `scanning`.
+[[nodiscard]] DevelopProgress develop_progress(Reporter& reporter, bool scanning, int n_lines);
+
+// A few lines about the finished picture, for people.
+[[nodiscard]] std::string describe_registration(const Registration& registration);
+[[nodiscard]] std::string describe_clipping(const ReconstructionReport& report, bool infrared);
+
+}  // namespace reseau::cli

@@ -1,0 +1,26 @@
+// What `scan` and `replay` do.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "capture/cli/develop_choice.h"
+#include "capture/cli/program.h"
+#include "capture/cli/scan_choice.h"
+
+namespace reseau::cli {
+
+struct ScanJob {
+  ScanChoice scan;
+  PlaceChoice place;
+  DevelopChoice picture;
+  std::filesystem::path record;  // empty = none
+  bool dont_scan = false;
+  bool no_reconstruct = false;
+};
+
+// Says what it will do, scans, reconstructs, writes the receipt, prints the path of the picture (of
+// the master where there is none). Throws Failure and whatever describe() understands.
+[[nodiscard]] ExitCode run_scan(const ScanJob& job, Work& work);
+
+}  // namespace reseau::cli

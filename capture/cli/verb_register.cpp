@@ -1,0 +1,101 @@
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "capture/cli/develop_choice.h"
+#include "capture/cli/read_choice.h"
+#include "capture/cli/verbs.h"
+#include "capture/image/exr_file.h"
+#include "capture/session/receipt.h"
+
+namespace reseau::cli {
+
+namespace {
+
+struct Options {
+  ReadChoice read;
+  std::string map;
+  int n_threads = 0;
+};
+
+// u and v of every scan pixel. A float of some thousand periods is good to 3e-4 of a period.
+void write_map(const Registration& registration, const LineFormat& format,
+               const std::filesystem::path& path, Work& work) {
+  FloatImageWriter writer(path, format.width_px, format.n_lines, {"u", "v"});
+  std::vector<float> row(2 * static_cast<std::size_t>(format.width_px));
+  work.reporter.phase("write", path.string());
+  for (int y = 0; y < format.n_lines; ++y) {
+    if (work.signals.stop().stop_requested()) return;
+    for (int x = 0; x < format.width_px; ++x) {
+      const Vec2 s = registration.map.screen_from_scan({double(x), double(y)});
+      row[2 * static_cast<std::size_t>(x)] = static_cast<float>(s.x);
+      row[2 * static_cast<std::size_t>(x) + 1] = static_cast<float>(s.y);
+    }
+    writer.rows(y, 1, row);
+    work.reporter.progress("write", {double(y + 1), double(format.n_lines), "lines", 0});
+  }
+  writer.finish();
+}
+
+ExitCode run_register(const Options& options, Work& work) {
+  Reporter& reporter = work.reporter;
+  if (!options.map.empty()) refuse_existing(options.map);
+  const Scan scan = options.read.read(reporter);
+  const LineFormat& format = scan.source->format();
+  RegisterOptions register_options;
+  register_options.tone = scan.tone;
+  register_options.n_threads = options.n_threads;
+  const DevelopProgress progress = develop_progress(reporter, false, format.n_lines);
+  const Registration registration = register_screen(
+      *scan.source, register_options,
+      [&](double fraction) { progress(DevelopPhase::kRegister, fraction); }, work.signals.stop());
+  if (work.signals.count() > 0) {
+    reporter.warning("Stopped.");
+    return kExitCancelled;
+  }
+  nlohmann::ordered_json object = {{"schema", "reseau-registration/1"},
+                                   {"file", options.read.file},
+                                   {"width_px", format.width_px},
+                                   {"height_px", format.n_lines}};
+  object.update(registration_to_json(registration));
+  if (!registration.found) {
+    reporter.result_json(object);
+    reporter.warning(fmt::format("{}: {}", options.read.file, registration.reason));
+    return kExitInput;
+  }
+  if (!options.map.empty()) {
+    as_failure(Doing::kWriting, [&] { write_map(registration, format, options.map, work); });
+    if (work.signals.count() > 0) {
+      reporter.warning("Stopped; the map was not written.");
+      return kExitCancelled;
+    }
+    object["map"] = options.map;
+  }
+  reporter.result_json(object);
+  reporter.result_line(describe_registration(registration));
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_register(Program& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_verb(
+      "register",
+      "Finds the réseau of a scan and says where it lies. The map has two channels, u and v, in "
+      "periods\nof the pattern, for every pixel of the scan. No réseau: exit code 65.",
+      "reseau register party.tif\n"
+      "reseau register party.tif --map party-map.exr --json",
+      [options](Work& work) { return run_register(*options, work); });
+  options->read.add_to(*app);
+  app->add_option("--map", options->map, "Write u and v of every pixel as an EXR of this name");
+  app->add_option("--threads", options->n_threads, "Threads; 0 = all cores (default)")
+      ->check(CLI::Range(0, 1024));
+  program.prints_own_json(app);
+}
+
+}  // namespace reseau::cli

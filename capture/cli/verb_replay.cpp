@@ -1,0 +1,33 @@
+#include <memory>
+#include <string>
+
+#include "capture/cli/scan_run.h"
+#include "capture/cli/verbs.h"
+
+namespace reseau::cli {
+
+void add_replay(Program& program) {
+  struct Options {
+    ScanJob job;
+    std::string file;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* app = program.add_verb(
+      "replay",
+      "Plays a recorded session without a scanner, as 'scan -d replay:FILE' does. A recording made "
+      "with\n'scan --record' says itself what was asked for, and gives the same master again.",
+      "reseau replay box3-slide24.pcapng -o again\n"
+      "reseau replay box3-slide24.pcapng -o again --no-reconstruct --json",
+      [options](Work& work) {
+        options->job.scan.device = "replay:" + options->file;
+        return run_scan(options->job, work);
+      });
+  app->add_option("FILE", options->file, "A recording, pcapng or pcap")->required();
+  app->add_flag("-n,--dont-scan", options->job.dont_scan, "Say what would be done, and stop there");
+  options->job.place.add_to(*app);
+  app->add_flag("--no-reconstruct", options->job.no_reconstruct, "Only the master")
+      ->group("Picture");
+  options->job.picture.add_to(*app);
+}
+
+}  // namespace reseau::cli

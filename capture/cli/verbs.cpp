@@ -1,0 +1,16 @@
+#include "capture/cli/verbs.h"
+
+namespace reseau::cli {
+
+void add_all_verbs(Program& program) {
+  add_list(program);
+  add_doctor(program);
+  add_scan(program);
+  add_reconstruct(program);
+  add_register(program);
+  add_compare(program);
+  add_replay(program);
+  add_colour(program);
+}
+
+}  // namespace reseau::cli

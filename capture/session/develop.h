@@ -1,0 +1,57 @@
+// From lines to a picture on disk: registration while lines arrive, then reconstruction. The same
+// for a running scan and for a file.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/image/picture_writer.h"
+#include "core/color/element_color.h"
+#include "core/line/line_source.h"
+#include "core/reconstruct/reconstruct.h"
+
+namespace reseau {
+
+struct DevelopOptions {
+  ToneCurves tone = ToneCurves::linear();
+  std::string primaries;  // empty = the first of primary_set_names()
+  Balance balance = Balance::kNeutral;
+  OutputSpace space = OutputSpace::kSrgbLinear;
+  double white_level = 1.0;
+  int n_threads = 0;
+  bool exact = false;
+  std::filesystem::path exr, tiff, png;  // exr is required; empty view paths = none
+  double dpi = 0;
+  std::vector<std::pair<std::string, std::string>> attributes;  // of the EXR
+};
+
+enum class DevelopPhase { kRegister, kReconstruct };
+// Phase and fraction 0..1; from the developing thread.
+using DevelopProgress = std::function<void(DevelopPhase, double)>;
+
+struct Development {
+  bool written = false;  // the picture is on disk
+  // Why not, a sentence; empty when written.
+  std::string why_not;
+  bool stopped = false;  // because of a stop request
+  Registration registration;
+  std::optional<ReconstructionReport> report;  // when written
+  std::optional<PictureResult> picture;        // when written
+};
+
+// Waits for lines as they are committed. When the source ends before its last line, nothing is
+// written: the caller opens what there is as a file and develops that. Throws what source, colour
+// tables and writer throw; then no output file is left.
+[[nodiscard]] Development develop(const LineSource& source, const DevelopOptions& options,
+                                  const DevelopProgress& progress, const std::stop_token& stop);
+
+// Linear sRGB from a space of the given set of primaries, row-major, for showing.
+[[nodiscard]] Matrix3 srgb_from_space(const std::string& primaries, Balance balance,
+                                      OutputSpace space);
+
+}  // namespace reseau

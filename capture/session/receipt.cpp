@@ -1,0 +1,252 @@
+#include "capture/session/receipt.h"
+
+#include <array>
+#include <span>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "capture/session/json_number.h"
+#include "capture/session/request_json.h"
+#include "capture/store/part_file.h"
+#include "capture/store/sha256.h"
+
+namespace reseau {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::array kChannelNames{"red", "green", "blue", "infrared"};
+
+const char* end_word(ScanEnd end) {
+  constexpr std::array kWords{"complete", "cancelled", "failed"};
+  return kWords[static_cast<std::size_t>(end)];
+}
+
+const char* channel_word(Channel channel) {
+  constexpr std::array kWords{"red", "green", "blue", "infrared", "grey"};
+  return kWords[static_cast<std::size_t>(channel)];
+}
+
+double seconds(Duration duration) { return static_cast<double>(duration.count()) * 1e-6; }
+
+std::string message_of(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const std::exception& exception) {
+    return exception.what();
+  } catch (...) {
+    return "unknown";
+  }
+}
+
+ordered_json input_to_json(const ReceiptInput& input) {
+  ordered_json channels = ordered_json::array();
+  for (const Channel channel : input.format.channels) channels.push_back(channel_word(channel));
+  ordered_json object = {{"width_px", input.format.width_px},
+                         {"lines", input.format.n_lines},
+                         {"channels", channels},
+                         {"significant_bits", input.format.significant_bits}};
+  for (const auto& [key, dpi] :
+       {std::pair{"x_dpi", input.format.x_dpi}, std::pair{"y_dpi", input.format.y_dpi}}) {
+    if (dpi > 0) {
+      put_number(object, key, dpi);
+    } else {
+      put_missing(object, key, "the scan does not say its resolution");
+    }
+  }
+  object["tone"] = input.tone;
+  object["notes"] = input.notes;
+  return object;
+}
+
+ordered_json device_to_json(const CaptureContext& context) {
+  ordered_json object = {{"name", context.device_name},
+                         {"make", context.make},
+                         {"model", context.model},
+                         {"firmware", context.firmware},
+                         {"serial", context.serial},
+                         {"holder", context.holder},
+                         {"started_at_utc", context.started_at_utc}};
+  if (context.focus_position) {
+    object["focus_position"] = *context.focus_position;
+  } else {
+    put_missing(object, "focus_position", "not known");
+  }
+  ordered_json exposure = ordered_json::object();
+  for (std::size_t i = 0; i < kChannelNames.size(); ++i) {
+    if (context.exposure_us[i]) put_number(exposure, kChannelNames[i], *context.exposure_us[i]);
+  }
+  object["exposure_us"] = exposure;
+  return object;
+}
+
+ordered_json scan_to_json(const ReceiptScan& scan) {
+  ordered_json adjusted = ordered_json::array();
+  for (const Adjustment& a : scan.negotiated.adjusted) {
+    adjusted.push_back(
+        {{"field", a.field}, {"asked", a.asked}, {"granted", a.granted}, {"why", a.why}});
+  }
+  const ScanOutcome& outcome = scan.outcome;
+  ordered_json object = {{"end", end_word(outcome.end)},
+                         {"lines", outcome.lines},
+                         {"lines_planned", scan.negotiated.plan.format.n_lines},
+                         {"request", request_to_json(scan.request)},
+                         {"adjusted", adjusted},
+                         {"resolution_dpi", scan.negotiated.plan.resolution_dpi},
+                         {"depth_bits", scan.negotiated.plan.depth_bits},
+                         {"disk_stalls", outcome.queue.n_stalls}};
+  put_number(object, "disk_stalled_s", seconds(outcome.queue.stalled));
+  put_number(object, "preparing_s", seconds(outcome.preparing));
+  put_number(object, "scanning_s", seconds(outcome.scanning));
+  if (outcome.error) object["error"] = message_of(outcome.error);
+  return object;
+}
+
+template <std::size_t N>
+ordered_json by_channel(const std::array<double, N>& values, std::size_t n_channels) {
+  ordered_json object = ordered_json::object();
+  for (std::size_t i = 0; i < n_channels && i < N; ++i) {
+    put_number(object, kChannelNames[i], values[i]);
+  }
+  return object;
+}
+
+ordered_json report_to_json(const ReconstructionReport& report, std::size_t n_channels) {
+  ordered_json sharpness = ordered_json::object();
+  for (std::size_t i = 0; i < n_channels; ++i) {
+    ordered_json channel = {{"origin", report.sharpness.origin[i]}};
+    put_number(channel, "sigma_px", report.sharpness.sigma_px[i]);
+    put_number(channel, "sigma_sd_px", report.sharpness.sigma_sd_px[i]);
+    sharpness[kChannelNames[i]] = channel;
+  }
+  ordered_json object = {{"silver_from", report.from_infrared ? "infrared" : "rgb"},
+                         {"sharpness", sharpness}};
+  put_number(object, "unmix_condition", report.unmix_condition);
+  put_number(object, "unmix_noise_gain", report.unmix_noise_gain);
+  object["clipped_fraction"] = by_channel(report.clipped_fraction, n_channels);
+  object["skipped"] = report.skipped;
+  return object;
+}
+
+ordered_json settings_to_json(const Receipt& receipt) {
+  const DevelopOptions& s = receipt.settings;
+  ordered_json object = {{"space", space_word(s.space)},
+                         {"primaries", s.primaries},
+                         {"balance", balance_word(s.balance)},
+                         {"quality", receipt.quality},
+                         {"geometry", "scan"},
+                         {"exact", s.exact},
+                         {"threads", s.n_threads}};
+  put_number(object, "white_level", s.white_level);
+  return object;
+}
+
+void add_development(ordered_json& object, const Receipt& receipt) {
+  if (!receipt.development) {
+    object["reconstruction"] = nullptr;
+    object["why_no_picture"] = "Nobody asked for one.";
+    return;
+  }
+  const Development& development = *receipt.development;
+  object["registration"] = registration_to_json(development.registration);
+  ordered_json timings = ordered_json::object();
+  put_number(timings, "registration_s", development.registration.seconds);
+  if (development.report) {
+    object["reconstruction"] =
+        report_to_json(*development.report, receipt.input.format.channels.size());
+    put_number(timings, "sharpness_s", development.report->seconds_sharpness);
+    put_number(timings, "render_s", development.report->seconds_render);
+  } else {
+    object["reconstruction"] = nullptr;
+    object["why_no_picture"] = development.why_not;
+  }
+  if (development.picture) {
+    ordered_json view = ordered_json::object();
+    put_number(view, "exposure", development.picture->exposure);
+    put_number(view, "luminance_p995", development.picture->luminance_p995);
+    put_number(view, "clipped_fraction", development.picture->clipped_fraction);
+    object["view"] = view;
+  }
+  object["timings"] = timings;
+}
+
+}  // namespace
+
+std::string space_word(OutputSpace space) {
+  constexpr std::array kWords{"process", "xyz", "srgb-linear"};
+  return kWords[static_cast<std::size_t>(space)];
+}
+
+std::string balance_word(Balance balance) {
+  constexpr std::array kWords{"none", "brightness", "neutral", "bradford"};
+  return kWords[static_cast<std::size_t>(balance)];
+}
+
+ordered_json registration_to_json(const Registration& r) {
+  ordered_json object = {{"found", r.found}, {"screen", r.screen}};
+  put_number(object, "confidence", r.confidence);
+  if (!r.found) {
+    object["reason"] = r.reason;
+    for (const char* key :
+         {"lattice_cy_per_px", "residual_px", "angle_deg", "period_px", "period_um", "mirrored"}) {
+      put_missing(object, key, "no réseau was found");
+    }
+  } else {
+    ordered_json lattice = ordered_json::array();
+    for (const Vec2& f : r.lattice_cy_per_px) {
+      lattice.push_back({number_or_null(f.x), number_or_null(f.y)});
+    }
+    object["lattice_cy_per_px"] = lattice;
+    put_number(object, "residual_px", r.residual_px);
+    put_number(object, "angle_deg", r.angle_deg);
+    object["period_px"] = {number_or_null(r.period_px[0]), number_or_null(r.period_px[1])};
+    if (r.period_um[0] > 0 && r.period_um[1] > 0) {
+      object["period_um"] = {number_or_null(r.period_um[0]), number_or_null(r.period_um[1])};
+    } else {
+      put_missing(object, "period_um", "the scan does not say its resolution");
+    }
+    if (r.mirrored) {
+      object["mirrored"] = *r.mirrored;
+    } else {
+      put_missing(object, "mirrored", "the pattern is symmetric and cannot tell");
+    }
+    object["affine"] = r.map.is_affine();
+  }
+  object["windows"] = r.n_windows;
+  object["outliers"] = r.n_outliers;
+  return object;
+}
+
+ordered_json receipt_to_json(const Receipt& receipt) {
+  ordered_json object = {{"schema", "reseau-receipt/1"},
+                         {"program", {{"name", "reseau"}, {"version", RESEAU_VERSION}}},
+                         {"verb", receipt.verb},
+                         {"written_at_utc", receipt.written_at},
+                         {"device", device_to_json(receipt.input.context)},
+                         {"input", input_to_json(receipt.input)}};
+  if (receipt.scan) object["scan"] = scan_to_json(*receipt.scan);
+  if (receipt.development) object["settings"] = settings_to_json(receipt);
+  add_development(object, receipt);
+  ordered_json files = ordered_json::array();
+  for (const ReceiptFile& file : receipt.files) {
+    files.push_back({{"role", file.role},
+                     {"name", file.path.filename().string()},
+                     {"bytes", std::filesystem::file_size(file.path)},
+                     {"sha256", sha256_of_file(file.path)}});
+  }
+  object["files"] = files;
+  object["notes"] = receipt.notes;
+  return object;
+}
+
+void write_json_file(const ordered_json& object, const std::filesystem::path& path) {
+  const std::string text =
+      object.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  PartFile file(path, PartFile::Kind::kScratch, Existing::kRefuse);
+  file.write_at(0, std::as_bytes(std::span(text)));
+  file.publish();
+}
+
+}  // namespace reseau
