@@ -5,7 +5,6 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 8;
 constexpr std::size_t kDescriptorBytes = 50;
-constexpr int kCompositionRgb = 0x05;
 constexpr int kAveraging = 0x80;
 constexpr int kPositive = 0x01;
 constexpr int kDefaultAutoExposureTarget = 0xFF;
@@ -25,7 +24,7 @@ Bytes encode_window(const Window& window) {
   put(10, 4, window.y_px);
   put(14, 4, window.width_px);
   put(18, 4, window.height_px);
-  put(25, 1, kCompositionRgb);
+  put(25, 1, window.composition);
   put(26, 1, window.bits);
   put(40, 1, (window.readings - 1) << 4);
   put(41, 1, (window.averaging ? kAveraging : 0) | (window.positive ? kPositive : 0));
@@ -49,6 +48,7 @@ std::optional<Window> decode_window(ByteView data) {
   window.y_px = get(10, 4);
   window.width_px = get(14, 4);
   window.height_px = get(18, 4);
+  window.composition = get(25, 1);
   window.bits = get(26, 1);
   window.readings = (get(40, 1) >> 4) + 1;
   window.averaging = (get(41, 1) & kAveraging) != 0;

@@ -18,6 +18,7 @@ struct Window {
   Colour colour = Colour::kDefault;
   int resolution_dpi = 0;
   int x_px = 0, y_px = 0, width_px = 0, height_px = 0;
+  int composition = 5;  // 2 one colour, 5 RGB, which Nikon Scan sends even for infrared
   int bits = 16;
   int readings = 1;       // of each line, 1 to 16
   bool averaging = true;  // along the line, below full resolution
@@ -29,8 +30,7 @@ struct Window {
   bool operator==(const Window&) const = default;
 };
 
-// Header and descriptor, kWindowBytes. Composition is always RGB, as Nikon Scan has it even for
-// infrared.
+// Header and descriptor, kWindowBytes.
 [[nodiscard]] Bytes encode_window(const Window& window);
 
 // The first descriptor of SET WINDOW data or of a GET WINDOW reply, which both start with an 8-byte

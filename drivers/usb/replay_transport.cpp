@@ -1,0 +1,165 @@
+#include "drivers/usb/replay_transport.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "drivers/usb/usb_descriptors.h"
+#include "drivers/usb/usb_error.h"
+
+namespace reseau {
+namespace {
+
+constexpr Endpoint kBulkOut = 0x01;
+
+std::string in_text(Endpoint endpoint, std::size_t n_bytes) {
+  return "IN endpoint " + std::to_string(endpoint & 0x0F) + ", " + std::to_string(n_bytes) +
+         " bytes asked";
+}
+
+}  // namespace
+
+ReplayTransport::ReplayTransport(const std::filesystem::path& path, VirtualClock& clock,
+                                 Decoder decode)
+    : path_(path),
+      transfers_(path),
+      clock_(clock),
+      decode_(std::move(decode)),
+      clock_start_(clock.now()) {
+  find_device();
+  header_ = decode_session_header(transfers_.comment());
+  start_us_ = first_->started_us;
+}
+
+void ReplayTransport::find_device() {
+  // Descriptors come before the first command of a unit; other devices of the bus are passed over.
+  struct Known {
+    std::uint16_t bus;
+    std::uint8_t device;
+    UsbIdentity identity;
+  };
+  std::vector<Known> known;
+  while (auto transfer = transfers_.next()) {
+    const auto same = [&](const Known& k) {
+      return k.bus == transfer->bus && k.device == transfer->device;
+    };
+    auto device = std::find_if(known.begin(), known.end(), same);
+    if (device == known.end()) {
+      known.push_back({transfer->bus, transfer->device, {}});
+      device = known.end() - 1;
+    }
+    if (transfer->type == UsbTransferType::kControl) learn_identity(*transfer, device->identity);
+    const bool command = transfer->type == UsbTransferType::kBulk &&
+                         transfer->endpoint == kBulkOut &&
+                         (transfer->data.size() == 6 || transfer->data.size() == 10);
+    if (!command) continue;
+    bus_ = device->bus;
+    device_ = device->device;
+    identity_ = device->identity;
+    first_ = std::move(transfer);
+    return;
+  }
+  throw InputError("The recording " + path_.string() +
+                   " holds no commands to a scanner. Record with --record, or with Wireshark on "
+                   "the bus that the scanner is plugged into.");
+}
+
+std::optional<UsbTransfer> ReplayTransport::next_of_device() {
+  if (first_) return std::exchange(first_, std::nullopt);
+  while (auto transfer = transfers_.next()) {
+    if (transfer->bus != bus_ || transfer->device != device_) continue;
+    if (transfer->type == UsbTransferType::kBulk) return transfer;
+    if (transfer->type != UsbTransferType::kControl || !transfer->setup) continue;
+    const int request = u8_at(*transfer->setup, 1);
+    const bool clear_halt = request == 0x01 && u8_at(*transfer->setup, 0) == 0x02;
+    if (clear_halt || *transfer->setup == reset_setup()) return transfer;
+  }
+  return std::nullopt;
+}
+
+UsbTransfer ReplayTransport::take(const std::string& asked) {
+  if (ended_) throw DeviceError(*ended_);
+  std::optional<UsbTransfer> transfer = next_of_device();
+  if (!transfer) {
+    end({DeviceError::Kind::kDisconnected,
+         "The recording ends here. It may have been cut off, or the program now does more than it "
+         "did when it was recorded.",
+         "phase \"" + phase_ + "\", asked: " + asked});
+  }
+  if (!transfer->comment.empty()) phase_ = transfer->comment;
+  return *std::move(transfer);
+}
+
+void ReplayTransport::bulk_out(Endpoint endpoint, std::span<const std::byte> data,
+                               Duration /*timeout*/) {
+  if (data.empty()) return;
+  const UsbTransfer recorded = take(describe_out(data));
+  if (recorded.type != UsbTransferType::kBulk || recorded.endpoint != endpoint ||
+      !std::equal(data.begin(), data.end(), recorded.data.begin(), recorded.data.end())) {
+    differ(recorded, describe_out(data));
+  }
+  finish(recorded, data.size());
+}
+
+std::size_t ReplayTransport::bulk_in(Endpoint endpoint, std::span<std::byte> buffer,
+                                     Duration /*timeout*/) {
+  const std::string asked = in_text(endpoint, buffer.size());
+  const UsbTransfer recorded = take(asked);
+  if (recorded.type != UsbTransferType::kBulk || recorded.endpoint != endpoint ||
+      recorded.asked_bytes.value_or(static_cast<std::uint32_t>(buffer.size())) != buffer.size() ||
+      recorded.data.size() > buffer.size()) {
+    differ(recorded, asked);
+  }
+  finish(recorded, buffer.size());
+  std::copy(recorded.data.begin(), recorded.data.end(), buffer.begin());
+  return recorded.data.size();
+}
+
+void ReplayTransport::clear_halt(Endpoint endpoint) {
+  control(clear_halt_setup(endpoint), "clear halt of endpoint " + std::to_string(endpoint & 0x0F));
+}
+
+void ReplayTransport::reset() { control(reset_setup(), "reset of the device"); }
+
+void ReplayTransport::control(const UsbSetup& setup, const std::string& asked) {
+  const UsbTransfer recorded = take(asked);
+  if (recorded.type != UsbTransferType::kControl || recorded.setup != setup) {
+    differ(recorded, asked);
+  }
+  finish(recorded, 0);
+}
+
+void ReplayTransport::finish(const UsbTransfer& transfer, std::size_t asked_bytes) {
+  clock_.advance_to(clock_start_ + Duration(transfer.ended_us - start_us_));
+  if (transfer.status != 0) throw transfer_error(-transfer.status, transfer.endpoint, asked_bytes);
+}
+
+void ReplayTransport::differ(const UsbTransfer& recorded, const std::string& asked) {
+  end({DeviceError::Kind::kProtocol,
+       "The program does something else than the recording at packet " +
+           std::to_string(recorded.packet_number) + " (phase \"" + phase_ +
+           "\"). Recorded: " + describe(recorded) + ". Now: " + asked + ".",
+       path_.string()});
+}
+
+void ReplayTransport::end(DeviceError error) {
+  ended_ = error;
+  throw std::move(error);
+}
+
+std::string ReplayTransport::describe_out(ByteView data) const {
+  std::string text = "OUT ";
+  if (decode_ && (data.size() == 6 || data.size() == 10)) return text + decode_(data);
+  return text + hex_of(data);
+}
+
+std::string ReplayTransport::describe(const UsbTransfer& transfer) const {
+  if (transfer.type == UsbTransferType::kControl && transfer.setup) {
+    return "control " + hex_of(*transfer.setup);
+  }
+  if (!transfer.in()) return describe_out(transfer.data);
+  return in_text(transfer.endpoint, transfer.asked_bytes.value_or(0)) + ", answer " +
+         hex_of(transfer.data);
+}
+
+}  // namespace reseau

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "core/base/error.h"
+#include "drivers/usb/capture_reader.h"
+#include "drivers/usb/session_header.h"
+#include "drivers/usb/usb_descriptors.h"
+#include "drivers/usb/usb_transport.h"
+#include "drivers/virtual_clock.h"
+
+namespace reseau {
+
+// Plays the bulk transfers of one device back from a capture, in strict order: OUT bytes must be
+// the recorded ones, IN transfers must ask for the recorded length where the capture says it.
+// Recorded failures are thrown again. The first difference ends the replay: it and every later call
+// throw a DeviceError that shows packet number, phase and both sides. Thread-bound; borrows the
+// clock, which it moves to the recorded times.
+class ReplayTransport final : public UsbTransport {
+ public:
+  using Decoder = std::function<std::string(ByteView)>;
+  // `decode` names OUT bytes for people (a CDB); may be empty. Throws InputError for a file without
+  // bulk transfers, std::system_error when it cannot be opened.
+  ReplayTransport(const std::filesystem::path& path, VirtualClock& clock, Decoder decode);
+
+  [[nodiscard]] const SessionHeader& header() const { return header_; }
+  [[nodiscard]] const UsbIdentity& identity() const override { return identity_; }
+  void bulk_out(Endpoint endpoint, std::span<const std::byte> data, Duration timeout) override;
+  std::size_t bulk_in(Endpoint endpoint, std::span<std::byte> buffer, Duration timeout) override;
+  void clear_halt(Endpoint endpoint) override;
+  void reset() override;
+
+ private:
+  [[nodiscard]] std::optional<UsbTransfer> next_of_device();
+  void find_device();
+  // The transfer that comes next; throws at the end of the recording.
+  UsbTransfer take(const std::string& asked);
+  void control(const UsbSetup& setup, const std::string& asked);
+  void finish(const UsbTransfer& transfer, std::size_t asked_bytes);
+  [[noreturn]] void differ(const UsbTransfer& recorded, const std::string& asked);
+  [[noreturn]] void end(DeviceError error);
+  [[nodiscard]] std::string describe(const UsbTransfer& transfer) const;
+  [[nodiscard]] std::string describe_out(ByteView data) const;
+
+  std::filesystem::path path_;
+  TransferReader transfers_;
+  VirtualClock& clock_;
+  Decoder decode_;
+  SessionHeader header_;
+  UsbIdentity identity_;
+  std::uint16_t bus_ = 0;
+  std::uint8_t device_ = 0;
+  std::optional<UsbTransfer> first_;  // read while the device was looked for
+  std::optional<DeviceError> ended_;
+  std::int64_t start_us_ = 0;
+  TimePoint clock_start_;
+  std::string phase_;
+};
+
+}  // namespace reseau
