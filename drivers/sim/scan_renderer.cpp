@@ -140,13 +140,13 @@ void ScanRenderer::convolve_rows(int first_line, int n_lines, std::span<float> o
   std::vector<float> line(static_cast<std::size_t>(n_optical));
   const auto width = static_cast<std::size_t>(window_.width_px);
   const float per_pitch = 1.0F / static_cast<float>(window_.pitch);
+  std::vector<const float*> inputs;
   float* to = out.data();
   for (int l = first_line; l < first_line + n_lines; ++l) {
-    const std::int64_t base = static_cast<std::int64_t>(l) * window_.pitch * cells_per_px_;
+    const std::int64_t base = static_cast<std::int64_t>(l) * window_.step() * cells_per_px_;
     for (int c = 0; c < kChannels; ++c) {
       const Kernel& kernel = kernels_[static_cast<std::size_t>(c)];
-      cache.inputs.clear();
-      std::vector<const float*> inputs;
+      inputs.clear();
       for (int k = 0; k < static_cast<int>(kernel.weights.size()); ++k) {
         const std::int64_t cell_row = base + kernel.first_cell + k;
         make_row(cell_row, cache);

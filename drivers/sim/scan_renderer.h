@@ -22,6 +22,9 @@ struct ScanWindow {
   int width_px = 0;        // delivered pixels
   int n_lines = 0;         // delivered lines
   int pitch = 1;
+  int line_step = 0;  // optical lines from line to line when it is not the pitch; 0 = the pitch
+
+  [[nodiscard]] int step() const { return line_step > 0 ? line_step : pitch; }
 };
 
 // Immutable after construction; thread-safe. Results do not depend on how a window is cut into

@@ -57,7 +57,8 @@ void digitise(std::span<const float> transmittance, const ScanWindow& window, in
   const std::uint64_t pass_key =
       mix64(mix64(pass.seed, pass.pass), static_cast<std::uint64_t>(pass.reading));
   for (std::size_t l = 0; l < n_lines; ++l) {
-    const std::int64_t y = window.y_px + (first_line + static_cast<std::int64_t>(l)) * window.pitch;
+    const std::int64_t y =
+        window.y_px + (first_line + static_cast<std::int64_t>(l)) * window.step();
     const std::uint64_t line_key = mix64(pass_key, static_cast<std::uint64_t>(y));
     const std::size_t at = l * kChannels * width;
     for (std::size_t i = 0; i < width; ++i) {

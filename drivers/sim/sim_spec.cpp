@@ -39,6 +39,10 @@ const std::vector<WordKey>& word_keys() {
        {{"chart", [](SimSpec& s) { s.film.scene = SceneKind::kChart; }},
         {"natural", [](SimSpec& s) { s.film.scene = SceneKind::kNatural; }}},
        "what the camera saw"},
+      {"adapter",
+       {{"sa21", [](SimSpec& s) { s.unit.adapter = AdapterKind::kSa21; }},
+        {"sa30", [](SimSpec& s) { s.unit.adapter = AdapterKind::kSa30; }}},
+       "strip film adapter: up to 6 frames, or a roll"},
   };
   return keys;
 }
@@ -105,6 +109,14 @@ const std::vector<Key>& number_keys() {
        [](SimSpec& s, double v) { s.unit.film_arrives_polls = as_int(v); }},
       {"busy_polls", 0, 100000, true, "polls that an operation stays busy",
        [](SimSpec& s, double v) { s.unit.busy_polls = as_int(v); }},
+      {"busy_phases", 0, 1000, true, "phase queries an image READ answers with busy",
+       [](SimSpec& s, double v) { s.unit.busy_phases = as_int(v); }},
+      {"fragment", 0, 1048576, true, "longest IN transfer in bytes (0 = any)",
+       [](SimSpec& s, double v) { s.unit.fragment_bytes = as_int(v); }},
+      {"old_lut", 0, 1, true, "another program left a gamma curve in the unit",
+       [](SimSpec& s, double v) { s.unit.old_lut = v != 0; }},
+      {"focus_fails", 0, 1, true, "autofocus ends with an error",
+       [](SimSpec& s, double v) { s.unit.focus_fails = v != 0; }},
       {"stale", 0, 1048576, true, "bytes an earlier program left in the pipe",
        [](SimSpec& s, double v) { s.unit.stale_bytes = as_int(v); }},
       {"unplug_after", 0, 1e9, true, "transfers until the unit is gone (0 = never)",
@@ -164,6 +176,9 @@ void apply(SimSpec& spec, std::string_view name, std::string_view value) {
 }
 
 void check_together(const SimSpec& spec) {
+  if (spec.unit.fragment_bytes % 512 != 0) {
+    throw InputError("A simulated transfer ends at a packet: make fragment a multiple of 512.");
+  }
   const FrameSpec& frame = spec.film.frame;
   const double smaller = frame.width_px < frame.height_px ? frame.width_px : frame.height_px;
   if (2 * (frame.border_px + frame.rebate_px) > smaller - 8) {

@@ -9,11 +9,18 @@
 
 namespace reseau::sim {
 
+enum class AdapterKind { kDefault, kSa21, kSa30 };  // default: the LS-5000 has an SA-30
+
 // Faults and habits of the simulated unit. Counts are of bulk transfers since opening; 0 = never.
 struct UnitSpec {
+  AdapterKind adapter = AdapterKind::kDefault;
   bool cold = false;           // still initialising when opened; reports power on afterwards
   int film_arrives_polls = 0;  // film is pushed in after so many TEST UNIT READY
   int busy_polls = 2;          // polls that an asynchronous operation stays busy
+  int busy_phases = 0;         // phase queries an image READ answers with "busy"
+  int fragment_bytes = 0;      // longest IN transfer, whole packets; 0 = any length
+  bool old_lut = false;        // another program left a gamma curve in the LUT (LS-50)
+  bool focus_fails = false;    // autofocus ends with an error
   int stale_bytes = 0;         // left in the IN pipe by an earlier program
   int unplug_after = 0;        // from this transfer on the unit is gone
   int stall_after = 0;         // this one transfer stalls

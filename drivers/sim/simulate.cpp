@@ -17,7 +17,7 @@ double FilmTruth::optical_x(double x) const {
   return window_.x_px + x * window_.pitch + (window_.pitch - 1) / 2.0;
 }
 double FilmTruth::optical_y(double y) const {
-  return window_.y_px + y * window_.pitch + (window_.pitch - 1) / 2.0;
+  return window_.y_px + y * window_.step() + (window_.pitch - 1) / 2.0;
 }
 
 ScreenPoint FilmTruth::screen_from_scan(double x, double y) const {
@@ -33,12 +33,12 @@ std::array<double, 3> FilmTruth::process_rgb(double x, double y) const {
 std::vector<Patch> FilmTruth::patches() const {
   std::vector<Patch> result;
   if (spec_.kind == FilmKind::kEmpty) return result;
-  const double p = window_.pitch, shift = (window_.pitch - 1) / 2.0;
+  const double p = window_.pitch, step = window_.step(), shift = (window_.pitch - 1) / 2.0;
   for (Patch patch : strip_->patches()) {
     patch.x0 = std::max(0.0, (patch.x0 - window_.x_px - shift) / p);
     patch.x1 = std::min(window_.width_px - 1.0, (patch.x1 - window_.x_px - shift) / p);
-    patch.y0 = std::max(0.0, (patch.y0 - window_.y_px - shift) / p);
-    patch.y1 = std::min(window_.n_lines - 1.0, (patch.y1 - window_.y_px - shift) / p);
+    patch.y0 = std::max(0.0, (patch.y0 - window_.y_px - shift) / step);
+    patch.y1 = std::min(window_.n_lines - 1.0, (patch.y1 - window_.y_px - shift) / step);
     if (patch.x0 < patch.x1 && patch.y0 < patch.y1) result.push_back(patch);
   }
   return result;
@@ -50,8 +50,8 @@ ScreenGradient FilmTruth::mean_gradient() const {
   const double sign = spec_.mirrored ? -window_.pitch : window_.pitch;
   g.u_x *= sign;
   g.v_x *= sign;
-  g.u_y *= window_.pitch;
-  g.v_y *= window_.pitch;
+  g.u_y *= window_.step();
+  g.v_y *= window_.step();
   return g;
 }
 
@@ -70,7 +70,8 @@ SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window) {
   format.n_lines = window.n_lines;
   format.channels = {Channel::kRed, Channel::kGreen, Channel::kBlue, Channel::kInfrared};
   format.significant_bits = spec.sensor.adc_bits;
-  format.x_dpi = format.y_dpi = 25400.0 / spec.film.frame.pixel_um / window.pitch;
+  format.x_dpi = 25400.0 / spec.film.frame.pixel_um / window.pitch;
+  format.y_dpi = 25400.0 / spec.film.frame.pixel_um / window.step();
 
   SensorPass pass;
   pass.level.fill(spec.sensor.clear_level);

@@ -1,0 +1,91 @@
+#include "drivers/sim/frame_table.h"
+
+#include <algorithm>
+
+#include "drivers/sim/unit_model.h"
+
+namespace reseau::sim {
+
+FrameTable::FrameTable(int capacity) : capacity_(capacity) {
+  for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(capacity); ++k) {
+    frames_.push_back({k * static_cast<std::uint32_t>(kFrameHeightPx), 8 * k, 0, 0});
+  }
+}
+
+Bytes FrameTable::frames_reply() const {
+  const auto n = static_cast<std::uint32_t>(frames_.size());
+  Bytes reply;
+  put16(reply, 0x8f00);
+  put32(reply, 8 * n + 4);
+  put16(reply, 8 * n + 2);
+  put8(reply, n);
+  put8(reply, 0);
+  for (const FrameRecord& frame : frames_) {
+    put32(reply, frame.address);
+    put16(reply, frame.perforation);
+    put8(reply, frame.pattern);
+    put8(reply, frame.pulse);
+  }
+  return reply;
+}
+
+Bytes FrameTable::perforations_reply(bool swapped) const {
+  const auto n = static_cast<std::uint32_t>(line_positions_.size());
+  Bytes reply;
+  put16(reply, swapped ? 0x008e : 0x8e00);
+  put32(reply, 4 * n + 4);
+  put24(reply, 4 * n + 1);
+  put8(reply, 4);
+  for (const std::uint32_t position : line_positions_) {
+    const std::uint32_t pulses = position % 756 / 7;
+    put16(reply, position / 756);
+    put8(reply, pulses / 22 | (pulses < 54 ? 0x80U : 0U));
+    put8(reply, pulses % 22);
+  }
+  return reply;
+}
+
+Sense FrameTable::set_frames(ByteView data) {
+  if (data.size() < 4) return kBadParameter;
+  const std::uint32_t n = data[2];
+  if (n < 1 || n > static_cast<std::uint32_t>(capacity_) || get16(data, 0) != 8 * n + 2 ||
+      data.size() != 8 * n + 4) {
+    return kBadParameter;
+  }
+  std::vector<FrameRecord> frames;
+  for (std::size_t at = 4; at < data.size(); at += 8) {
+    frames.push_back({get32(data, at), get16(data, at + 4), data[at + 6], data[at + 7]});
+  }
+  frames_ = std::move(frames);
+  from_host_ = true;
+  return kGood;
+}
+
+void FrameTable::index(int n_lines, std::uint32_t film_length) {
+  line_positions_.clear();
+  for (int line = 0; line < n_lines; ++line) {
+    const auto position = static_cast<std::uint32_t>(line) * kThumbnailStepPx;
+    if (position >= film_length) break;
+    line_positions_.push_back(position);
+  }
+}
+
+std::optional<FrameRecord> FrameTable::frame_of(std::uint32_t address) const {
+  std::optional<FrameRecord> best;
+  for (const FrameRecord& frame : frames_) {
+    const bool inside = address >= frame.address &&
+                        address < frame.address + static_cast<std::uint32_t>(kFrameHeightPx);
+    if (inside && (!best || frame.address > best->address)) best = frame;
+  }
+  return best;
+}
+
+bool FrameTable::contains(std::uint32_t address) const { return frame_of(address).has_value(); }
+
+std::uint32_t FrameTable::film_position(std::uint32_t address) const {
+  const std::optional<FrameRecord> frame = frame_of(address);
+  if (!from_host_ || !frame) return address;
+  return frame->film_position() + (address - frame->address);
+}
+
+}  // namespace reseau::sim

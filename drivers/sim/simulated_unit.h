@@ -1,0 +1,18 @@
+// Entry point for whoever opens devices by name.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "drivers/sim/sim_spec.h"
+#include "drivers/usb/usb_transport.h"
+
+namespace reseau::sim {
+
+// A simulated unit with the film of the specification under its head. Throws InputError for an
+// unknown model, listing those that exist (unit_model_names() in unit_model.h).
+[[nodiscard]] std::unique_ptr<UsbTransport> open_simulated_unit(const SimSpec& spec);
+// The same from a device name such as "sim:ls5000?film=dufay"; throws InputError.
+[[nodiscard]] std::unique_ptr<UsbTransport> open_simulated_unit(std::string_view name);
+
+}  // namespace reseau::sim

@@ -1,0 +1,247 @@
+// SCAN, READ and SEND of a unit.
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <variant>
+
+#include "core/base/check.h"
+#include "drivers/sim/unit.h"
+
+namespace reseau::sim {
+namespace {
+
+constexpr int kBestFocus = 209;
+// Blur of a step away from the best focus, added in quadrature [px].
+constexpr double kBlurPerFocusStep = 0.015;
+constexpr std::uint8_t kImage = 0x00, kLut = 0x03, kCooperation = 0x87, kWhiteBalance = 0x8c;
+constexpr std::uint8_t kPerforations = 0x8e, kFrames = 0x8f, kCurves = 0x91, kLeak = 0x93;
+
+// The sensor's curves of red, green, blue, infrared as recorded: 2 lines x 2 types x 19 points.
+constexpr std::array<std::string_view, 4> kCurveData{
+    "005300d7015601d7025602d405530a4a0cc7192d32364b8a651a7ed498a2b288cc75e667f35b005400d9015a01db02"
+    "5c02dc05630a650ce5196b32894bc665257eb79870b235cc32e625f30e005800af0111017e01f0026904d309c90c44"
+    "18c331ff4b6464fb7ea6988bb270cc74e661f362005900ac0106016901d0023e0489096b0beb187731cd4b4564da7e"
+    "889854b22acc22e61bf32d",
+    "005300d7015401d3025202d0054e0a430cbd191a321c4b6e64f27ea2987cb270cc6fe66df36a005200da015901da02"
+    "5c02db05640a600cea197b32a84bfe65797f2e98fbb2e1ccf9e70df419005600ad0110017b01ee026704ce09c00c3a"
+    "18b531db4b4364d67e919879b261cc64e66cf35d005500ad0106016a01d1023f048c09720bef189031f54b8665227e"
+    "fd98d3b2d0ccece714f435",
+    "005400d7015501d6025102d2054b0a3b0cb5191132064b5364d97e88986cb25bcc63e65ef358005200db015f01df02"
+    "5c02db05650a670cea197932a44bf2657b7f2498fcb2e4ccfde728f445005500ad0110017e01ef026604cf09bd0c34"
+    "18ac31cc4b2964b87e7f985bb257cc5ee66df364005300ad0109016901d30242048f09740bf5188d31f24b6c651d7e"
+    "fc98d3b2e5cd0ee72df466",
+    "005300d1014f01cf024e02ce05520a4c0ccb193c32554bb8653a7ef598bbb297cc77e64bf342005300cc014f01cf02"
+    "5102d0055b0a6a0cf1199032e04c4765d37f88995bb34acd42e756f45b005900ab010c017701eb026304d209ca0c4a"
+    "18d7321b4b8d65237ed498b2b28ecc72e65ef33f005800a70101016401c90235048409730bf218a632284bc965847f"
+    "5e994cb345cd4ee76df477"};
+
+std::optional<std::size_t> plane_of_colour(int colour) {
+  switch (colour) {
+    case 1:
+      return 0;
+    case 2:
+      return 1;
+    case 3:
+      return 2;
+    case 9:
+      return 3;
+    default:
+      return std::nullopt;
+  }
+}
+
+// Size code that a READ or SEND of this type must carry; empty for the image, where both occur.
+std::optional<int> element_code(std::uint8_t type) {
+  switch (type) {
+    case kLut:
+    case kCurves:
+    case kLeak:
+      return 1;
+    case kCooperation:
+    case kPerforations:
+      return 0;
+    case kWhiteBalance:
+    case kFrames:
+      return 3;
+    default:
+      return std::nullopt;
+  }
+}
+
+Bytes with_header(std::uint8_t type, std::uint8_t bits, ByteView data) {
+  Bytes reply;
+  put8(reply, type);
+  put8(reply, bits);
+  put32(reply, static_cast<std::uint32_t>(data.size()));
+  append(reply, data);
+  return reply;
+}
+
+}  // namespace
+
+void Unit::end_scan() {
+  stream_.reset();
+  requests_.clear();
+  raised_.reset();
+  requests_open_ = false;
+}
+
+Sense Unit::scan(ByteView ids) {
+  std::vector<int> list(ids.begin(), ids.end());
+  if (list.empty()) list = scan_ids_;
+  if (!requests_open_ || list != scan_ids_) {
+    end_scan();
+    std::variant<ScanLayout, Sense> plan = plan_scan(*model_, windows_, list, mud_);
+    if (const Sense* refused = std::get_if<Sense>(&plan)) return *refused;
+    if (!adapter_.film_present) return kNoMedium;
+    scan_ids_ = list;
+    requests_open_ = true;
+    for (CooperationRequest& request : cooperation_requests(std::get<ScanLayout>(plan))) {
+      requests_.push_back(std::move(request));
+    }
+  }
+  if (raised_ && !raised_was_read_) return raised_->sense;
+  raised_.reset();
+  if (!requests_.empty()) {
+    raised_ = std::move(requests_.front());
+    requests_.pop_front();
+    raised_was_read_ = false;
+    return raised_->sense;
+  }
+  requests_open_ = false;
+  return start_scan(std::get<ScanLayout>(plan_scan(*model_, windows_, list, mud_)));
+}
+
+Sense Unit::start_scan(const ScanLayout& layout) {
+  ScanWindow window;
+  window.x_px = layout.x_px;
+  window.y_px =
+      layout.thumbnail
+          ? layout.y_px
+          : static_cast<int>(frames_.film_position(static_cast<std::uint32_t>(layout.y_px)));
+  window.width_px = layout.width_px;
+  window.n_lines = layout.n_records() * layout.lines_per_record();
+  window.pitch = layout.pitch;
+  if (layout.thumbnail) window.line_step = kThumbnailStepPx;
+
+  OpticsSpec optics = spec_.optics;
+  const double defocus = kBlurPerFocusStep * (focus_ - kBestFocus);
+  for (double& sigma : optics.blur_px) sigma = std::hypot(sigma, defocus);
+  SensorSpec sensor = spec_.sensor;
+  sensor.adc_bits = model_->adc_bits;
+  SensorPass pass;
+  pass.seed = spec_.film.seed;
+  pass.pass = ++n_passes_;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    pass.level[c] =
+        spec_.sensor.clear_level * layout.exposure[c] / model_->white_balance_exposure[c];
+  }
+  stream_ = std::make_unique<ImageStream>(layout, film_, optics, sensor, pass, window, luts_);
+  operation_ = Operation{kOperationRuns, spec_.unit.busy_polls, 0};
+  return kGood;
+}
+
+CommandReply Unit::read(ByteView cdb) {
+  const std::uint8_t type = cdb[2];
+  const std::size_t length = get24(cdb, 6);
+  if (type == kImage) return read_image(length);
+  const std::optional<int> code = element_code(type);
+  if (!code || *code != cdb[5]) return CommandReply::status(kBadCdb);
+  std::optional<Bytes> reply = read_data(type, cdb[4], length);
+  if (!reply) return CommandReply::status(kBadCdb);
+  if (length == 0) return CommandReply::status(kGood);
+  const bool short_read = reply->size() < length;
+  reply->resize(std::min(reply->size(), length));
+  return {.next = CommandReply::Next::kDataIn,
+          .in = std::move(*reply),
+          .sense = short_read ? kLessData : kGood};
+}
+
+CommandReply Unit::read_image(std::size_t length) {
+  if (!stream_) return CommandReply::status(kBadSequence);
+  if (length == 0) return CommandReply::status(kGood);
+  // A length that ends inside a line is rounded up, which puts the host out of step.
+  const std::size_t record = stream_->layout().record_bytes();
+  const std::size_t wanted = (length + record - 1) / record;
+  const std::size_t left = static_cast<std::size_t>(stream_->records_left());
+  CommandReply reply{.next = CommandReply::Next::kDataIn};
+  reply.busy_phases = spec_.unit.busy_phases;
+  stream_->read(static_cast<int>(std::min(wanted, left)), reply.in);
+  if (wanted > left) reply.sense = kLessData;
+  if (stream_->records_left() > 0) return reply;
+  if (stream_->layout().thumbnail) {
+    adapter_.counted_frames = std::min(spec_.film.frame.n_frames, adapter_.capacity());
+    frames_.index(stream_->layout().n_lines,
+                  static_cast<std::uint32_t>(spec_.film.frame.n_frames) * kFrameHeightPx);
+    attentions_.push_back(kInquiryChanged);
+  }
+  end_scan();
+  return reply;
+}
+
+std::optional<Bytes> Unit::read_data(std::uint8_t type, int colour, std::size_t length) {
+  const std::optional<std::size_t> plane = plane_of_colour(colour);
+  switch (type) {
+    case kLut: {
+      if (!model_->has_lut || !plane) return std::nullopt;
+      Bytes data;
+      const std::uint32_t entries = 1U << model_->adc_bits;
+      for (std::uint32_t v = 0; v < entries; ++v) {
+        put16(data, luts_[*plane].empty() ? v : luts_[*plane][v]);
+      }
+      return data;
+    }
+    case kCooperation: {
+      if (!raised_) return with_header(kCooperation, 0x08, Bytes(12, 0));
+      if (length >= raised_->reply.size()) raised_was_read_ = true;
+      return raised_->reply;
+    }
+    case kWhiteBalance: {
+      if (!plane) return std::nullopt;
+      Bytes data;
+      put32(data, model_->white_balance_exposure[*plane]);
+      return with_header(kWhiteBalance, 0x20, data);
+    }
+    case kPerforations:
+      return frames_.perforations_reply(length != 9);
+    case kFrames:
+      return frames_.frames_reply();
+    case kCurves: {
+      if (!model_->has_ccd_curves || !plane) return std::nullopt;
+      return with_header(kCurves, 0x00, from_hex(kCurveData[*plane]));
+    }
+    case kLeak:
+      return with_header(kLeak, 0x00, from_hex("035F 033A 026D"));
+    default:
+      return std::nullopt;
+  }
+}
+
+CommandReply Unit::send(ByteView cdb) const {
+  const std::uint8_t type = cdb[2];
+  const std::size_t length = get24(cdb, 6);
+  const std::optional<int> code = element_code(type);
+  const bool lut = type == kLut && model_->has_lut && plane_of_colour(cdb[4]) &&
+                   length == std::size_t{2} << model_->adc_bits;
+  if (!code || *code != cdb[5] || (!lut && type != kFrames)) {
+    return CommandReply::status(kBadCdb);
+  }
+  if (length == 0) return CommandReply::status(kGood);
+  return {.next = CommandReply::Next::kDataOut, .out_bytes = length};
+}
+
+Sense Unit::send_data(std::uint8_t type, int colour, ByteView data) {
+  if (type == kFrames) return frames_.set_frames(data);
+  const std::optional<std::size_t> plane = plane_of_colour(colour);
+  CHECK(plane.has_value());
+  std::vector<std::uint16_t> table;
+  const std::uint32_t full = (1U << model_->adc_bits) - 1;
+  for (std::size_t at = 0; at + 1 < data.size(); at += 2) {
+    if (get16(data, at) > full) return kBadParameter;
+    table.push_back(static_cast<std::uint16_t>(get16(data, at)));
+  }
+  luts_[*plane] = std::move(table);
+  return kGood;
+}
+
+}  // namespace reseau::sim
