@@ -1,0 +1,128 @@
+#include "drivers/registry.h"
+
+#include <charconv>
+#include <system_error>
+#include <utility>
+
+#include <unistd.h>
+
+#include "core/base/error.h"
+#include "drivers/coolscan/coolscan.h"
+#include "drivers/coolscan/models.h"
+#include "drivers/scsi/cdb.h"
+#include "drivers/usb/libusb_transport.h"
+#include "drivers/usb/recording_transport.h"
+#include "drivers/usb/replay_transport.h"
+#include "drivers/utc_time.h"
+#include "drivers/virtual_clock.h"
+
+namespace reseau {
+namespace {
+
+constexpr std::string_view kUsb = "usb:";
+constexpr std::string_view kSim = "sim:";
+constexpr std::string_view kReplay = "replay:";
+
+// What stands behind a name, before anyone has sent a command.
+struct Link {
+  std::unique_ptr<UsbTransport> usb;
+  std::shared_ptr<Clock> clock;
+};
+
+[[noreturn]] void throw_unknown(const std::string& name) {
+  throw InputError("There is no device called \"" + name +
+                   "\". Write usb:04b0:4002 (a unit on the bus), sim:ls5000 (the simulated one) or "
+                   "replay:FILE.pcapng (a recording); `reseau list` shows what is there.");
+}
+
+std::uint16_t usb_id(const std::string& text, std::size_t at, const std::string& name) {
+  std::uint16_t id = 0;
+  const char* const begin = text.data() + at;
+  const auto parsed = std::from_chars(begin, begin + 4, id, 16);
+  if (parsed.ec != std::errc() || parsed.ptr != begin + 4) throw_unknown(name);
+  return id;
+}
+
+Link open_usb(const std::string& name) {
+  const std::string ids = name.substr(kUsb.size());
+  constexpr std::size_t kIdsLength = 9;  // "04b0:4002"
+  if (ids.size() < kIdsLength || ids[4] != ':' ||
+      (ids.size() > kIdsLength && ids[kIdsLength] != ':')) {
+    throw_unknown(name);
+  }
+  const std::uint16_t vendor = usb_id(ids, 0, name);
+  const std::uint16_t product = usb_id(ids, 5, name);
+  if (coolscan::model_by_usb_id(vendor, product) == nullptr) {
+    throw InputError("The program has no driver for the USB device " + ids.substr(0, kIdsLength) +
+                     ". `reseau list` shows the scanners that it can use.");
+  }
+  const std::string serial = ids.size() > kIdsLength ? ids.substr(kIdsLength + 1) : std::string();
+  return {open_libusb(vendor, product, serial), std::make_shared<SystemClock>()};
+}
+
+std::string usb_name(const UsbDeviceInfo& unit) {
+  char ids[16];
+  std::snprintf(ids, sizeof ids, "%04x:%04x", unsigned{unit.vendor_id}, unsigned{unit.product_id});
+  std::string name(kUsb);
+  name += ids;
+  if (!unit.serial.empty()) name += ':' + unit.serial;
+  return name;
+}
+
+OpenedScanner open_replay(const std::string& name, const OpenOptions& options) {
+  if (!options.record_to.empty()) {
+    throw InputError("A replay is a recording already; copy the file instead of recording it.");
+  }
+  const auto clock = std::make_shared<VirtualClock>();
+  auto replay = std::make_unique<ReplayTransport>(name.substr(kReplay.size()), *clock,
+                                                  [](ByteView cdb) { return Cdb(cdb).describe(); });
+  const SessionHeader header = replay->header();
+  OpenedScanner opened;
+  opened.recorded_comment = header.comment;
+  opened.recorded_at_utc = header.started_at_utc;
+  opened.scanner = std::make_unique<coolscan::Coolscan>(
+      std::move(replay), clock,
+      coolscan::OpenAs{header.device_name.empty() ? name : header.device_name,
+                       header.started_at_utc});
+  return opened;
+}
+
+}  // namespace
+
+std::vector<DeviceEntry> list_devices() {
+  std::vector<DeviceEntry> entries;
+  for (const UsbDeviceInfo& unit : list_usb_devices(coolscan::kNikonVendorId)) {
+    const coolscan::Model* const model = coolscan::model_by_usb_id(unit.vendor_id, unit.product_id);
+    if (model == nullptr) continue;
+    DeviceEntry entry;
+    entry.name = usb_name(unit);
+    entry.description = std::string(model->trade_name) + ", " + unit.speed;
+    if (access(unit.node.c_str(), R_OK | W_OK) != 0) {
+      entry.problem = "You may not use " + unit.node +
+                      ". Install the udev rule 60-reseau.rules, then unplug the scanner and plug "
+                      "it in again.";
+    }
+    entries.push_back(std::move(entry));
+  }
+  return entries;
+}
+
+OpenedScanner open_scanner(const std::string& name, const OpenOptions& options) {
+  if (name.starts_with(kReplay)) return open_replay(name, options);
+  if (!name.starts_with(kUsb)) throw_unknown(name);
+  Link link = open_usb(name);
+  coolscan::OpenAs open_as{name, {}};
+  if (!options.record_to.empty()) {
+    // A replay has to write the bytes of this scan, its time included.
+    open_as.started_at_utc = utc_now();
+    link.usb = std::make_unique<RecordingTransport>(
+        std::move(link.usb), *link.clock, options.record_to,
+        SessionHeader{name, open_as.started_at_utc, options.record_comment});
+  }
+  OpenedScanner opened;
+  opened.scanner =
+      std::make_unique<coolscan::Coolscan>(std::move(link.usb), link.clock, std::move(open_as));
+  return opened;
+}
+
+}  // namespace reseau
