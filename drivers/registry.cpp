@@ -1,6 +1,8 @@
 #include "drivers/registry.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cstdio>
 #include <system_error>
 #include <utility>
 
@@ -10,6 +12,9 @@
 #include "drivers/coolscan/coolscan.h"
 #include "drivers/coolscan/models.h"
 #include "drivers/scsi/cdb.h"
+#include "drivers/sim/simulated_unit.h"
+#include "drivers/sim/unit_model.h"
+#include "drivers/usb/fault_transport.h"
 #include "drivers/usb/libusb_transport.h"
 #include "drivers/usb/recording_transport.h"
 #include "drivers/usb/replay_transport.h"
@@ -60,6 +65,42 @@ Link open_usb(const std::string& name) {
   return {open_libusb(vendor, product, serial), std::make_shared<SystemClock>()};
 }
 
+// Takes "key=value" out of a name's query; empty when it is not there.
+std::string take_option(std::string& name, const std::string& key) {
+  const std::size_t query = name.find('?');
+  for (std::size_t at = query; at != std::string::npos; at = name.find('&', at + 1)) {
+    if (name.compare(at + 1, key.size() + 1, key + '=') != 0) continue;
+    const std::size_t end = std::min(name.find('&', at + 1), name.size());
+    const std::size_t value = at + 1 + key.size() + 1;
+    std::string text = name.substr(value, end - value);
+    // The mark before the option stays for what follows it, or goes with the last one.
+    const bool last = end == name.size();
+    name.erase(last ? at : at + 1, last ? std::string::npos : end - at);
+    return text;
+  }
+  return {};
+}
+
+// Options of the link, which are not the simulated unit's: pace=real waits as a unit would,
+// fault=stall@120 (drivers/usb/fault_transport.h) fails one transfer.
+Link open_sim(std::string name) {
+  const std::string pace = take_option(name, "pace");
+  const std::string fault = take_option(name, "fault");
+  if (!pace.empty() && pace != "real" && pace != "fast") {
+    throw InputError("The pace of a simulated scanner is real or fast, not \"" + pace + "\".");
+  }
+  Link link{sim::open_simulated_unit(name), nullptr};
+  if (!fault.empty()) {
+    link.usb = std::make_unique<FaultTransport>(std::move(link.usb), parse_fault(fault));
+  }
+  if (pace == "real") {
+    link.clock = std::make_shared<SystemClock>();
+  } else {
+    link.clock = std::make_shared<VirtualClock>();
+  }
+  return link;
+}
+
 std::string usb_name(const UsbDeviceInfo& unit) {
   char ids[16];
   std::snprintf(ids, sizeof ids, "%04x:%04x", unsigned{unit.vendor_id}, unsigned{unit.product_id});
@@ -104,13 +145,20 @@ std::vector<DeviceEntry> list_devices() {
     }
     entries.push_back(std::move(entry));
   }
+  for (const std::string_view model : sim::unit_model_names()) {
+    DeviceEntry entry;
+    entry.name = std::string(kSim) + std::string(model);
+    entry.description = "simulated scanner with a simulated Dufaycolor film";
+    entry.simulated = true;
+    entries.push_back(std::move(entry));
+  }
   return entries;
 }
 
 OpenedScanner open_scanner(const std::string& name, const OpenOptions& options) {
   if (name.starts_with(kReplay)) return open_replay(name, options);
-  if (!name.starts_with(kUsb)) throw_unknown(name);
-  Link link = open_usb(name);
+  if (!name.starts_with(kUsb) && !name.starts_with(kSim)) throw_unknown(name);
+  Link link = name.starts_with(kUsb) ? open_usb(name) : open_sim(name);
   coolscan::OpenAs open_as{name, {}};
   if (!options.record_to.empty()) {
     // A replay has to write the bytes of this scan, its time included.
