@@ -45,25 +45,11 @@ class PartStream final : public Imf::OStream {
   int error_ = 0;
 };
 
-void set_compression(Imf::Header& header, ExrCompression compression) {
-  switch (compression) {
-    case ExrCompression::kNone:
-      header.compression() = Imf::NO_COMPRESSION;
-      break;
-    case ExrCompression::kFast:
-      header.compression() = Imf::ZIPS_COMPRESSION;
-      header.zipCompressionLevel() = 1;
-      break;
-    case ExrCompression::kSmall:
-      header.compression() = Imf::PIZ_COMPRESSION;
-      break;
-  }
-}
-
 Imf::Header make_header(int width_px, int height_px, const std::vector<std::string>& channels,
                         const ExrOptions& options) {
   Imf::Header header(width_px, height_px);
-  set_compression(header, options.compression);
+  header.compression() =
+      options.compression == ExrCompression::kSmall ? Imf::PIZ_COMPRESSION : Imf::NO_COMPRESSION;
   for (const auto& name : channels) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
   if (options.chromaticities) {
     const auto& xy = options.chromaticities->xy;

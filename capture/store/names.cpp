@@ -39,12 +39,17 @@ std::vector<std::string> siblings(const std::filesystem::path& directory,
   return names;
 }
 
-// "box3_07" in "box3_07.tif", "box3_07.partial.tif", "box3_07_preview.png": whatever goes on with
-// something other than a letter or digit.
-bool uses(const std::string& file, const std::string& name) {
-  return file.starts_with(name) &&
-         (file.size() == name.size() ||
-          std::isalnum(static_cast<unsigned char>(file[name.size()])) == 0);
+// What may follow the name in a file that uses it.
+enum class Tail {
+  kExtension,  // "scan.tif", "scan.partial.tif"; "scan_01.tif" is another name
+  kAnything,   // "box3_07_preview.png" as well; not "box3_070.tif"
+};
+
+bool uses(const std::string& file, const std::string& name, Tail tail) {
+  if (!file.starts_with(name)) return false;
+  if (file.size() == name.size()) return true;
+  const auto next = static_cast<unsigned char>(file[name.size()]);
+  return tail == Tail::kExtension ? next == '.' : std::isalnum(next) == 0;
 }
 
 // The number in "{stem}_{digits}…", or 0.
@@ -104,18 +109,18 @@ std::filesystem::path lock_path_of(const std::filesystem::path& directory,
   return directory / file.append(lower(name)).append(".reserved");
 }
 
-bool any_uses(const std::vector<std::string>& files, const std::string& name) {
+bool any_uses(const std::vector<std::string>& files, const std::string& name, Tail tail) {
   const std::string key = lower(name);
-  return std::ranges::any_of(files, [&](const std::string& file) { return uses(file, key); });
+  return std::ranges::any_of(files, [&](const std::string& file) { return uses(file, key, tail); });
 }
 
 // Takes the name if nobody uses it. A file may have come between the look and the lock, hence the
 // second look.
-bool take(const std::filesystem::path& directory, const std::string& name) {
-  if (any_uses(siblings(directory, {}), name)) return false;
+bool take(const std::filesystem::path& directory, const std::string& name, Tail tail) {
+  if (any_uses(siblings(directory, {}), name, tail)) return false;
   const auto lock = lock_path_of(directory, name);
   if (!create_lock(lock)) return false;
-  if (!any_uses(siblings(directory, lock), name)) return true;
+  if (!any_uses(siblings(directory, lock), name, tail)) return true;
   ::unlink(lock.c_str());
   return false;
 }
@@ -147,7 +152,7 @@ NameReservation& NameReservation::operator=(NameReservation&& other) noexcept {
 NameReservation reserve_exact(const std::filesystem::path& directory, const std::string& name) {
   require_plain(name);
   make_folder(directory);
-  if (!take(directory, name)) throw taken(name, directory);
+  if (!take(directory, name, Tail::kExtension)) throw taken(name, directory);
   NameReservation reservation;
   reservation.directory_ = directory;
   reservation.name_ = name;
@@ -171,7 +176,7 @@ NameReservation reserve_numbered(const std::filesystem::path& directory, const s
     }
     if (candidate > kMaxNumber) throw taken(numbered(stem, kMaxNumber), directory);
     const std::string name = numbered(stem, candidate);
-    if (take(directory, name)) {
+    if (take(directory, name, Tail::kAnything)) {
       NameReservation reservation;
       reservation.directory_ = directory;
       reservation.name_ = name;
