@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
-#include "tests/unit/color/reference_tables.h"
 
 namespace reseau {
 namespace {
@@ -26,24 +25,6 @@ TEST(White, IntegratedTablesGiveThePublishedWhitePoints) {
     EXPECT_NEAR(xy[0], white.x, 5e-5) << white.name;
     EXPECT_NEAR(xy[1], white.y, 5e-5) << white.name;
   }
-}
-
-TEST(White, TheReferenceTableOfWhitePointsAgrees) {
-  const auto rows = read_reference_table("white_points.csv");
-  if (!rows) {
-    GTEST_SKIP() << "the reference tables are not on this machine";
-  }
-  int compared = 0;
-  for (const CsvRow& row : *rows) {
-    if (row.at("illuminant") == "D55") {
-      continue;
-    }
-    const Chromaticity xy = chromaticity_of(white_of(parse_illuminant(row.at("illuminant"))));
-    EXPECT_NEAR(xy[0], number(row, "x"), 5e-5);
-    EXPECT_NEAR(xy[1], number(row, "y"), 5e-5);
-    ++compared;
-  }
-  EXPECT_EQ(compared, 6);
 }
 
 TEST(White, D65IsTheOneEverythingIsBalancedTo) {

@@ -34,41 +34,10 @@ TEST(Lab, IsContinuousWhereTheFootBegins) {
   EXPECT_NEAR(lab_from_xyz({0, foot + 1e-12, 0}, kD65)[0], 8.0, 1e-8);
 }
 
-struct Pair {
-  Lab first, second;
-  double expected;
-};
-
-// Sharma, Wu and Dalal (2005), table 1: the pairs about the discontinuities, and one of each kind.
-TEST(DeltaE2000, PublishedPairs) {
-  const Pair pairs[] = {
-      {{50, 2.6772, -79.7751}, {50, 0, -82.7485}, 2.0425},
-      {{50, -1.3802, -84.2814}, {50, 0, -82.7485}, 1.0000},
-      {{50, 0, 0}, {50, -1, 2}, 2.3669},
-      {{50, 2.4900, -0.0010}, {50, -2.4900, 0.0009}, 7.1792},
-      {{50, 2.4900, -0.0010}, {50, -2.4900, 0.0010}, 7.1792},
-      {{50, 2.4900, -0.0010}, {50, -2.4900, 0.0011}, 7.2195},
-      {{50, 2.4900, -0.0010}, {50, -2.4900, 0.0012}, 7.2195},
-      {{50, -0.0010, 2.4900}, {50, 0.0009, -2.4900}, 4.8045},
-      {{50, -0.0010, 2.4900}, {50, 0.0010, -2.4900}, 4.8045},
-      {{50, -0.0010, 2.4900}, {50, 0.0011, -2.4900}, 4.7461},
-      {{50, 2.5, 0}, {50, 0, -2.5}, 4.3065},
-      {{50, 2.5, 0}, {73, 25, -18}, 27.1492},
-      {{50, 2.5, 0}, {61, -5, 29}, 22.8977},
-  };
-  for (const Pair& pair : pairs) {
-    EXPECT_NEAR(delta_e_2000(pair.first, pair.second), pair.expected, 5e-5);
-    EXPECT_NEAR(delta_e_2000(pair.second, pair.first), pair.expected, 5e-5);
-  }
-}
-
 TEST(DeltaE2000, AllPublishedPairsInBothOrders) {
   const auto rows = read_reference_table("ciede2000_pairs.csv");
-  if (!rows) {
-    GTEST_SKIP() << "the reference tables are not on this machine";
-  }
-  ASSERT_EQ(rows->size(), 34u);
-  for (const CsvRow& row : *rows) {
+  ASSERT_EQ(rows.size(), 34u);
+  for (const CsvRow& row : rows) {
     const Lab first{number(row, "L1"), number(row, "a1"), number(row, "b1")};
     const Lab second{number(row, "L2"), number(row, "a2"), number(row, "b2")};
     EXPECT_NEAR(delta_e_2000(first, second), number(row, "dE00"), 5e-5) << row.at("pair");

@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 
 namespace reseau {
 namespace {
@@ -18,10 +19,10 @@ std::vector<std::string> split(const std::string& line) {
 
 }  // namespace
 
-std::optional<std::vector<CsvRow>> read_reference_table(const std::string& name) {
-  std::ifstream file(std::string(RESEAU_SHARED_DIR) + "/data/colour/" + name);
+std::vector<CsvRow> read_reference_table(const std::string& name) {
+  std::ifstream file(std::string(RESEAU_TEST_DATA_DIR) + "/color/" + name);
   if (!file) {
-    return std::nullopt;
+    throw std::runtime_error("cannot read " + name);
   }
   std::vector<std::string> header;
   std::vector<CsvRow> rows;
@@ -44,19 +45,5 @@ std::optional<std::vector<CsvRow>> read_reference_table(const std::string& name)
 }
 
 double number(const CsvRow& row, const std::string& column) { return std::stod(row.at(column)); }
-
-std::string product_name(const std::string& reference_name) {
-  static const std::map<std::string, std::string> names{
-      {"tab1", "cornwell-clyne-1951-tab1"},
-      {"tab2", "hubicka-2025"},
-      {"harrison_horner", "harrison-horner-1939"},
-      {"cornwell_clyne", "cornwell-clyne-1951"},
-      {"collins_giles", "collins-giles-1952"},
-      {"neblette", "neblette-1952"},
-      {"srgb", "srgb"},
-  };
-  const auto found = names.find(reference_name);
-  return found == names.end() ? "" : found->second;
-}
 
 }  // namespace reseau
