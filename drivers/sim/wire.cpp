@@ -90,6 +90,9 @@ void SimulatedUsb::query_phase() {
     case CommandReply::Next::kDataIn:
       answer({kPhaseDataIn});
       answer(std::move(reply_.in));
+      // UNVERIFIED(no recording shows it): a reply that is short and fills its last packet is
+      // ended by an empty one.
+      if (reply_.sense.ili && answers_.back().bytes.size() % kPacketBytes == 0) answer({});
       answer_status(reply_.sense);
       return;
     case CommandReply::Next::kDataOut:

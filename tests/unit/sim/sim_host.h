@@ -58,12 +58,12 @@ class SimHost {
       e.phase = in(1).at(0);
     } while (e.phase == kPhaseBusy);
     if (e.phase == kPhaseDataIn) {
-      // A short packet ends the data early only when the unit has less than was asked for.
+      // A short transfer: the unit has less than was asked for.
       while (e.data.size() < in_bytes) {
         const std::size_t left = in_bytes - e.data.size();
         const Bytes part = in(left);
         append(e.data, part);
-        if (part.size() % kPacketBytes != 0 || part.empty()) break;
+        if (part.size() < left) break;
       }
     }
     if (e.phase == kPhaseDataOut) out(data);
