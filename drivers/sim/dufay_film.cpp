@@ -18,7 +18,7 @@ class EdgeRamp {
   EdgeRamp(double s_x, double s_y) {
     const double wide = std::max(std::abs(s_x), std::abs(s_y));
     // A box narrower than this is a step for float arithmetic.
-    const double narrow = std::max(std::min(std::abs(s_x), std::abs(s_y)), 0.02 * wide);
+    const double narrow = std::max(std::min(std::abs(s_x), std::abs(s_y)), 0.002 * wide);
     outer_ = static_cast<float>((wide + narrow) / 2);
     inner_ = static_cast<float>((wide - narrow) / 2);
     gain_ = static_cast<float>(1 / (2 * wide * narrow));
