@@ -1,6 +1,7 @@
 #include "drivers/coolscan/coolscan.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "core/base/check.h"
@@ -214,39 +215,57 @@ std::optional<Exposures> Coolscan::settle_exposures(const ScanPlan& plan, ScanOb
 bool Coolscan::meter(const ScanPlan& plan, Metering& metering, ScanObserver& observer,
                      const std::stop_token& stop) {
   const PassSpec coarse = coarse_pass_of(plan, description_.addresses);
+  const auto found = settle(coarse, "exposure pass ", metering, observer, stop);
+  if (!found) return false;
+  const std::optional<PassSpec> fine = fine_pass_of(plan, coarse, found->brightest_line);
+  return !fine || settle(*fine, "fine exposure pass ", metering, observer, stop).has_value();
+}
+
+std::optional<Coolscan::Measurement> Coolscan::settle(PassSpec spec, const std::string& what,
+                                                      Metering& metering, ScanObserver& observer,
+                                                      const std::stop_token& stop) {
+  std::optional<Measurement> measurement;
   for (int pass = 1; pass <= kMaxMeterPasses; ++pass) {
-    enter(observer, ScanPhase::kMeter, "exposure pass " + std::to_string(pass));
-    PassSpec spec = coarse;
+    enter(observer, ScanPhase::kMeter, what + std::to_string(pass));
     spec.exposures = metering.exposures();
-    const std::optional<Levels> levels = measure(spec, stop);
-    if (!levels) return false;
-    if (metering.improve(*levels)) return true;
+    measurement = measure(spec, stop);
+    if (!measurement || metering.improve(measurement->levels)) return measurement;
   }
   observer.note("The exposure did not settle after " + std::to_string(kMaxMeterPasses) +
                 " passes; bright parts may be cut off. Give the exposures as numbers.");
-  return true;
+  return measurement;
 }
 
-std::optional<Levels> Coolscan::measure(const PassSpec& spec, const std::stop_token& stop) {
+std::optional<Coolscan::Measurement> Coolscan::measure(const PassSpec& spec,
+                                                       const std::stop_token& stop) {
   ScanPass pass(unit_, spec, max_packet_bytes());
   const int n_channels = spec.infrared ? 4 : 3;
   const auto line_samples = static_cast<std::size_t>(n_channels * spec.crop_width_px);
+  const auto visible_samples = static_cast<std::ptrdiff_t>(3 * spec.crop_width_px);
   LevelHistogram histogram(n_channels);
+  Measurement measurement;
   std::vector<std::uint16_t> samples;
-  while (pass.lines_left() > 0 || unit_.scan_open()) {
+  std::uint64_t brightest = 0;
+  int line_number = 0;
+  while (unit_.scan_open()) {
     if (stop.stop_requested()) return std::nullopt;
     const int n = pass.read(samples);
-    for (int i = 0; i < n; ++i) {
-      histogram.add_line(
-          std::span(samples).subspan(static_cast<std::size_t>(i) * line_samples, line_samples));
+    for (int i = 0; i < n; ++i, ++line_number) {
+      const auto line =
+          std::span(samples).subspan(static_cast<std::size_t>(i) * line_samples, line_samples);
+      histogram.add_line(line);
+      const std::uint64_t light =
+          std::accumulate(line.begin(), line.begin() + visible_samples, std::uint64_t{0});
+      if (light <= brightest) continue;
+      brightest = light;
+      measurement.brightest_line = line_number;
     }
   }
-  Levels levels;
   for (int c = 0; c < n_channels; ++c) {
-    levels[static_cast<std::size_t>(c)] = histogram.high_level(c);
+    measurement.levels[static_cast<std::size_t>(c)] = histogram.high_level(c);
   }
   unit_.wait_ready(kColdStart);
-  return levels;
+  return measurement;
 }
 
 ReadStatus Coolscan::read(LineBlock& block, Duration /*timeout*/) {

@@ -54,7 +54,14 @@ class Coolscan final : public Scanner {
                                             const std::stop_token& stop);
   bool meter(const ScanPlan& plan, Metering& metering, ScanObserver& observer,
              const std::stop_token& stop);
-  std::optional<Levels> measure(const PassSpec& spec, const std::stop_token& stop);
+  struct Measurement {
+    Levels levels;
+    int brightest_line = 0;
+  };
+  // Passes like this one until the exposures settle. Absent when stopped.
+  std::optional<Measurement> settle(PassSpec spec, const std::string& what, Metering& metering,
+                                    ScanObserver& observer, const std::stop_token& stop);
+  std::optional<Measurement> measure(const PassSpec& spec, const std::stop_token& stop);
   [[nodiscard]] Exposures white_balance();
   void enter(ScanObserver& observer, ScanPhase phase, const std::string& detail);
   [[nodiscard]] int max_packet_bytes() const { return usb_->identity().max_packet_bytes; }

@@ -11,6 +11,8 @@ namespace {
 constexpr int kMeterDpi = 285;
 // Share of width and height that is left out at each edge.
 constexpr double kInset = 0.05;
+// About a second of scanning; many periods of any colour screen.
+constexpr int kFineLines = 64;
 
 }  // namespace
 
@@ -53,6 +55,21 @@ PassSpec coarse_pass_of(const ScanPlan& plan, const AddressPage& addresses) {
   spec.crop_left_px = std::min(left_px + inset_x_px, line_px - 1);
   spec.crop_width_px =
       std::min(std::max(1, width_px - 2 * inset_x_px), line_px - spec.crop_left_px);
+  return spec;
+}
+
+std::optional<PassSpec> fine_pass_of(const ScanPlan& plan, const PassSpec& coarse,
+                                     int coarse_line) {
+  if (coarse.pitch <= plan.pitch) return std::nullopt;
+  PassSpec spec = pass_of(plan, {});
+  const int height_px = std::min(kFineLines * plan.pitch, plan.window_height_px);
+  const int middle_px = coarse.window.y_px + coarse_line * coarse.pitch + coarse.pitch / 2;
+  const int last_px = plan.y_origin_px + plan.window_height_px - height_px;
+  spec.window.y_px = std::clamp(middle_px - height_px / 2, plan.y_origin_px, last_px);
+  spec.window.height_px = height_px;
+  const int inset_x_px = static_cast<int>(spec.crop_width_px * kInset);
+  spec.crop_left_px += inset_x_px;
+  spec.crop_width_px -= 2 * inset_x_px;
   return spec;
 }
 
