@@ -73,6 +73,8 @@ ScsiReply NikonUsbScsi::transact(const Cdb& cdb, ByteView out, std::span<std::by
       if (last) throw out_of_step(cdb, "busy, then no answer, three times");
     } catch (const DeviceError& error) {
       if (error.kind() == DeviceError::Kind::kDisconnected) throw;
+      // A unit that still waits for the data of a broken command takes the next one for it.
+      if (attempt > 1) reset();
       resynchronise();
       if (last || !cdb.repeatable() || clock_.now() >= until) throw;
     }
@@ -174,6 +176,14 @@ void NikonUsbScsi::resynchronise() {
     }
   } catch (const DeviceError&) {
     // A timeout says that the pipe is empty; any other failure shows at the next command.
+  }
+}
+
+void NikonUsbScsi::reset() {
+  try {
+    usb_.reset();
+  } catch (const DeviceError&) {
+    // The next command tells whether the unit is still there.
   }
 }
 

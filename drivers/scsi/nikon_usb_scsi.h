@@ -13,7 +13,8 @@ namespace reseau {
 //
 // The one place that retries: a command whose exchange broke (timeout, stall, answer of the wrong
 // size) is followed by a resynchronisation of the pipe, and is sent again at most twice if a second
-// sending does no harm. Thread-bound; borrows both arguments for its life.
+// sending does no harm; before the last attempt the USB side of the unit is reset. Thread-bound;
+// borrows both arguments for its life.
 class NikonUsbScsi final : public ScsiDevice {
  public:
   NikonUsbScsi(UsbTransport& usb, Clock& clock);
@@ -33,6 +34,7 @@ class NikonUsbScsi final : public ScsiDevice {
   void read_data(const Cdb& cdb, std::span<std::byte> in, TimePoint until);
   ScsiReply read_status(const Cdb& cdb, TimePoint until);
   void resynchronise();
+  void reset();
   [[nodiscard]] Duration remaining(TimePoint until) const;
   [[nodiscard]] bool full_speed() const { return max_packet_bytes_ < 512; }
 
