@@ -163,6 +163,11 @@ void PlainFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
   }
 }
 
+Film::Extent NoFilm::extent() const {
+  constexpr int kFar = 1 << 28;
+  return {-kFar, kFar};
+}
+
 void NoFilm::cells(double /*y*/, int first_px, int n_px, int per_px, CellRow& out) const {
   out.resize(first_px, n_px, per_px);
   fill(out, 1.0F);

@@ -21,6 +21,7 @@ using ElementResponse = std::array<std::array<double, 3>, 3>;
 class DufayFilm final : public Film {
  public:
   explicit DufayFilm(const FilmSpec& spec);
+  [[nodiscard]] Extent extent() const override { return strip_.extent(); }
   void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const override;
 
   [[nodiscard]] const FilmStrip& strip() const { return strip_; }
@@ -39,6 +40,7 @@ class DufayFilm final : public Film {
 class PlainFilm final : public Film {
  public:
   explicit PlainFilm(const FilmSpec& spec) : strip_(spec) {}
+  [[nodiscard]] Extent extent() const override { return strip_.extent(); }
   void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const override;
   [[nodiscard]] const FilmStrip& strip() const { return strip_; }
 
@@ -49,6 +51,7 @@ class PlainFilm final : public Film {
 // Nothing in the light path.
 class NoFilm final : public Film {
  public:
+  [[nodiscard]] Extent extent() const override;
   void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const override;
 };
 

@@ -50,7 +50,12 @@ class CellRow {
 // Immutable after construction, therefore thread-safe.
 class Film {
  public:
+  // Along the sensor; beyond it the holder is opaque.
+  struct Extent {
+    int begin_px, end_px;
+  };
   virtual ~Film() = default;
+  [[nodiscard]] virtual Extent extent() const = 0;
   // Fills a row of cells whose centres lie at height y. first_px and n_px are multiples of
   // kBlockPx; the row may reach outside the film, where bare light gives 1.
   virtual void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const = 0;

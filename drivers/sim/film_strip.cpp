@@ -54,6 +54,11 @@ bool FilmStrip::on_film(double y) const {
   return film_y > -kLeaderPx && film_y < length + kLeaderPx;
 }
 
+Film::Extent FilmStrip::extent() const {
+  constexpr int kMarginPx = 160;  // more than any blur and stage error
+  return {-kMarginPx, spec_.frame.width_px + kMarginPx};
+}
+
 int FilmStrip::frame_at(double film_y) const {
   const double frame = std::floor((film_y + 0.5) / spec_.frame.height_px);
   return static_cast<int>(std::clamp(frame, 0.0, spec_.frame.n_frames - 1.0));

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "drivers/sim/film.h"
 #include "drivers/sim/film_spec.h"
 #include "drivers/sim/scene.h"
 
@@ -29,6 +30,8 @@ class FilmStrip {
   [[nodiscard]] std::array<double, 3> silver_at(double x, double y) const;
   // False where the strip has ended and the sensor sees bare light.
   [[nodiscard]] bool on_film(double y) const;
+  // Along the sensor: the frames and a margin that no window at rest on a frame reaches.
+  [[nodiscard]] Film::Extent extent() const;
   // In scan coordinates, all frames.
   [[nodiscard]] std::vector<Patch> patches() const;
 

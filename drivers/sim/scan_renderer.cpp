@@ -106,6 +106,10 @@ ScanRenderer::ScanRenderer(std::shared_ptr<const Film> film, const OpticsSpec& o
     const int cells = std::max(-k.first_cell, past);
     reach_px_ = std::max(reach_px_, (cells + cells_per_px_ - 1) / cells_per_px_);
   }
+  const Film::Extent extent = film_->extent();
+  const int n_optical = window.width_px * window.pitch;
+  active_begin_ = std::clamp(extent.begin_px - window.x_px, 0, n_optical);
+  n_active_ = std::clamp(extent.end_px - window.x_px, active_begin_, n_optical) - active_begin_;
 }
 
 void ScanRenderer::make_row(std::int64_t cell_row, RowCache& cache) const {
@@ -114,9 +118,9 @@ void ScanRenderer::make_row(std::int64_t cell_row, RowCache& cache) const {
   cache.slot_row[slot] = cell_row;
   const double y = window_.y_px + (window_.pitch - 1) / 2.0 +
                    (static_cast<double>(cell_row) + 0.5) / cells_per_px_ - 0.5;
-  const int n_optical = window_.width_px * window_.pitch;
-  const int first = floor_to_block(window_.x_px - reach_px_);
-  const int end = floor_to_block(window_.x_px + n_optical + reach_px_ + kBlockPx - 1);
+  const int begin = window_.x_px + active_begin_;
+  const int first = floor_to_block(begin - reach_px_);
+  const int end = floor_to_block(begin + n_active_ + reach_px_ + kBlockPx - 1);
   film_->cells(y, first, end - first, cells_per_px_, cache.cells);
 
   std::vector<float>& row = cache.slots[slot];
@@ -126,17 +130,17 @@ void ScanRenderer::make_row(std::int64_t cell_row, RowCache& cache) const {
     cache.inputs.clear();
     for (int k = 0; k < static_cast<int>(kernel.weights.size()); ++k) {
       const int cell = kernel.first_cell + k + reach_px_ * cells_per_px_;
-      const int pixel = window_.x_px - first - reach_px_ + cell / cells_per_px_;
+      const int pixel = begin - first - reach_px_ + cell / cells_per_px_;
       cache.inputs.push_back(cache.cells.phase(c, cell % cells_per_px_) + pixel);
     }
-    accumulate(cache.inputs, kernel.weights, n_optical, row.data() + c * n_optical);
+    accumulate(cache.inputs, kernel.weights, n_active_, row.data() + c * n_active_);
   }
 }
 
 void ScanRenderer::convolve_rows(int first_line, int n_lines, std::span<float> out) const {
   const int n_optical = window_.width_px * window_.pitch;
   const int n_slots = (2 * reach_px_ + 1) * cells_per_px_;
-  RowCache cache(n_slots, n_optical);
+  RowCache cache(n_slots, n_active_);
   std::vector<float> line(static_cast<std::size_t>(n_optical));
   const auto width = static_cast<std::size_t>(window_.width_px);
   const float per_pitch = 1.0F / static_cast<float>(window_.pitch);
@@ -150,11 +154,11 @@ void ScanRenderer::convolve_rows(int first_line, int n_lines, std::span<float> o
       for (int k = 0; k < static_cast<int>(kernel.weights.size()); ++k) {
         const std::int64_t cell_row = base + kernel.first_cell + k;
         make_row(cell_row, cache);
-        inputs.push_back(cache.slots[cache.slot_of(cell_row)].data() + c * n_optical);
+        inputs.push_back(cache.slots[cache.slot_of(cell_row)].data() + c * n_active_);
       }
       float* target = window_.pitch == 1 ? to : line.data();
       std::fill_n(target, n_optical, 0.0F);
-      accumulate(inputs, kernel.weights, n_optical, target);
+      accumulate(inputs, kernel.weights, n_active_, target + active_begin_);
       if (window_.pitch > 1) {
         for (std::size_t i = 0; i < width; ++i) {
           float sum = 0;

@@ -54,6 +54,8 @@ class ScanRenderer {
   bool point_rows_;  // so coarse a pitch that a line is a single row of cells
   std::array<Kernel, kChannels> kernels_;
   int reach_px_ = 0;  // of the longest kernel
+  // Optical pixels of the window that see film; the others see the opaque holder.
+  int active_begin_ = 0, n_active_ = 0;
 };
 
 }  // namespace reseau::sim

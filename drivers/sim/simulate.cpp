@@ -30,6 +30,29 @@ std::array<double, 3> FilmTruth::process_rgb(double x, double y) const {
   return strip_->silver_at(optical_x(x), optical_y(y));
 }
 
+void FilmTruth::process_row(double y, const RgbRow& out) const {
+  const std::array<std::span<float>, 3> bands{out.r, out.g, out.b};
+  if (spec_.kind == FilmKind::kEmpty) {
+    for (const std::span<float> band : bands) std::ranges::fill(band, 1.0F);
+    return;
+  }
+  if (window_.pitch == 1) {
+    strip_->silver_row(optical_y(y), optical_x(0), out);
+    return;
+  }
+  for (std::size_t i = 0; i < out.r.size(); ++i) {
+    const std::array<double, 3> rgb =
+        strip_->silver_at(optical_x(static_cast<double>(i)), optical_y(y));
+    for (std::size_t k = 0; k < 3; ++k) bands[k][i] = static_cast<float>(rgb[k]);
+  }
+}
+
+void FilmTruth::screen_row(double y, std::span<ScreenPoint> out) const {
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i] = screen_from_scan(static_cast<double>(i), y);
+  }
+}
+
 std::vector<Patch> FilmTruth::patches() const {
   std::vector<Patch> result;
   if (spec_.kind == FilmKind::kEmpty) return result;

@@ -210,6 +210,41 @@ TEST(Simulate, CoarsePitchKeepsTheMeanOfAPatch) {
   }
 }
 
+TEST(FilmTruth, RowsAreThePointsInARow) {
+  const SimSpec spec = parse_sim_spec(
+      "ls5000?width_px=200&height_px=200&scene=natural&bend_px=2&wobble_px=1&mirrored=1");
+  for (const int pitch : {1, 3}) {
+    const ScanWindow window{.x_px = 7, .y_px = 30, .width_px = 40, .n_lines = 20, .pitch = pitch};
+    const FilmTruth truth(spec.film, window);
+    std::vector<float> r(40), g(40), b(40);
+    std::vector<ScreenPoint> screen(40);
+    truth.process_row(11, {r, g, b});
+    truth.screen_row(11, screen);
+    for (std::size_t x = 0; x < 40; ++x) {
+      const auto rgb = truth.process_rgb(static_cast<double>(x), 11);
+      EXPECT_NEAR(r[x], rgb[0], 1e-5);
+      EXPECT_NEAR(g[x], rgb[1], 1e-5);
+      EXPECT_NEAR(b[x], rgb[2], 1e-5);
+      EXPECT_EQ(screen[x].u, truth.screen_from_scan(static_cast<double>(x), 11).u);
+    }
+  }
+}
+
+TEST(Simulate, TheHolderBesideTheFilmIsOpaque) {
+  const SimSpec spec = parse_sim_spec("ls5000?width_px=100&height_px=100&noise=0");
+  const SimulatedScan scan = simulate_window(spec, {.x_px = -400, .width_px = 900, .n_lines = 2});
+  EXPECT_EQ(scan.samples[0], 0);
+  EXPECT_EQ(scan.samples[899], 0);
+  const SimulatedScan film = simulate_window(spec, {.width_px = 100, .n_lines = 2});
+  for (std::size_t row = 0; row < 8; ++row) {
+    for (std::size_t x = 0; x < 100; ++x) {
+      ASSERT_EQ(scan.samples[row * 900 + 400 + x], film.samples[row * 100 + x]);
+    }
+  }
+  const SimulatedScan beside = simulate_window(spec, {.x_px = 1000, .width_px = 10, .n_lines = 2});
+  for (const std::uint16_t v : beside.samples) EXPECT_EQ(v, 0);
+}
+
 TEST(SimSpec, RefusesWhatItDoesNotKnowAndSaysWhatItDoes) {
   const auto message = [](const char* name) {
     try {
