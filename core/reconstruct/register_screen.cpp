@@ -23,6 +23,26 @@ namespace {
 constexpr int kSearchRows = 512;  // a réseau is looked for in blocks of so many lines
 constexpr int kTaskRows = 2 * kCellPx;
 
+// The plane that fits the map best over the whole frame: a stage that wobbles bends the slope at
+// any one place by more than the lattice is wrong on the whole.
+Mat2 mean_linear(const ScreenMap& map, int width_px, int height_px) {
+  constexpr int kSteps = 32;
+  Vec2 sum_x, sum_y;
+  double norm_x = 0, norm_y = 0;
+  for (int j = 0; j <= kSteps; ++j) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const double x = (static_cast<double>(i) / kSteps - 0.5) * (width_px - 1);
+      const double y = (static_cast<double>(j) / kSteps - 0.5) * (height_px - 1);
+      const Vec2 s = map.screen_from_scan({x + (width_px - 1) / 2.0, y + (height_px - 1) / 2.0});
+      sum_x = sum_x + x * s;
+      sum_y = sum_y + y * s;
+      norm_x += x * x;
+      norm_y += y * y;
+    }
+  }
+  return {sum_x.x / norm_x, sum_y.x / norm_y, sum_x.y / norm_x, sum_y.y / norm_y};
+}
+
 class Tracker {
  public:
   Tracker(const LineSource& source, const RegisterOptions& options, const ProgressFn& progress,
@@ -173,8 +193,7 @@ class Tracker {
     result.residual_px = fit.residual_px;
     result.n_windows = fit.n_used;
     result.n_outliers = fit.n_outliers;
-    const Mat2 j = fit.map.jacobian({(format.width_px - 1) / 2.0, (format.n_lines - 1) / 2.0});
-    const Mat2& mean = fit.map.is_affine() ? fit.map.linear() : j;
+    const Mat2 mean = mean_linear(fit.map, format.width_px, format.n_lines);
     result.lattice_cy_per_px = {Vec2{mean.a, mean.b}, Vec2{mean.c, mean.d}};
     result.period_px = {1 / norm(result.lattice_cy_per_px[0]),
                         1 / norm(result.lattice_cy_per_px[1])};
