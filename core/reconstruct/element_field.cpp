@@ -201,6 +201,22 @@ void ElementField::finish(const std::array<std::array<double, 3>, 3>& mean_cross
     }
     unmix(&Lattice::residual, ridge, true);
   }
+  for (Lattice& lattice : lattice_) {
+    if (lattice.step.x < 0.75) smooth_pairs(lattice);
+  }
+}
+
+// Two samples of a line per period lie one beside green, one beside blue; whatever the model of the
+// blur leaves of its neighbours would alternate between them and stripe the picture.
+void ElementField::smooth_pairs(Lattice& lattice) {
+  std::vector<float> row(static_cast<std::size_t>(lattice.n_i));
+  for (int j = 0; j < lattice.n_j; ++j) {
+    float* values = &lattice.value[lattice.index(0, j)];
+    std::copy_n(values, lattice.n_i, row.begin());
+    for (std::size_t i = 1; i + 1 < row.size(); ++i) {
+      values[i] = 0.25F * (row[i - 1] + 2 * row[i] + row[i + 1]);
+    }
+  }
 }
 
 std::array<float, 3> ElementField::at(float u, float v) const {

@@ -61,6 +61,8 @@ class ElementField {
   static float bilinear(const Lattice& lattice, const std::vector<float>& values, float u, float v);
   void unmix(const std::vector<float> Lattice::*from, double ridge, bool add);
 
+  static void smooth_pairs(Lattice& lattice);
+
   std::array<Lattice, 3> lattice_;
 };
 

@@ -213,7 +213,9 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
                                       3;
   const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
                     registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
-  const BlurredCell cell(ScreenPattern::dufaycolor(), linear, sigma);
+  const ScreenPattern pattern =
+      ScreenPattern::dufaycolor(sharpness.report.red_width, sharpness.report.green_length);
+  const BlurredCell cell(pattern, linear, sigma);
   report_conditioning(cell, report);
   if (registration.map.is_affine())
     report.skipped.emplace_back("displacement grid: an affine map explains the réseau");
@@ -222,7 +224,7 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
                     registration,
                     options,
                     cell,
-                    infrared ? sharpness.infrared_shift_px : Vec2{},
+                    infrared ? sharpness.report.infrared_shift_px : Vec2{},
                     sharpness.silver_from_rgb,
                     infrared,
                     static_cast<int>(std::ceil(kReachPeriods * period)) + 2};

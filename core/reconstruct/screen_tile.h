@@ -22,6 +22,8 @@ struct ScreenTile {
   bool used = false;  // bright enough, not clipped
   // Per channel R G B S: the mean, then the even amplitudes of kTileHarmonics.
   std::array<std::array<double, kTileAmplitudes>, 4> amplitude{};
+  // The odd ones of the same: the pattern has none, so they are noise and picture detail.
+  std::array<std::array<double, kTileAmplitudes>, 4> odd{};
   std::array<double, 4> variance{};  // of a pixel about the fit: noise and picture detail
   double n_effective = 0;            // pixels, weighed by the window
   // Complex coefficients at u and v, for shifts between channels.

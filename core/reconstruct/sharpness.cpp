@@ -19,10 +19,11 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kDefaultSigmaPx = 0.7;
 constexpr double kLeastSigmaPx = 0.2, kMostSigmaPx = 4.0;
+constexpr double kMeasuredSdPx = 0.1;  // surer than this, or it is not called measured
 constexpr int kTilesAcross = 14;
 // The printed widths are not exactly those of the pattern: amplitudes are believed to this much of
 // the mean, however little noise there is.
-constexpr double kModelError = 0.004;
+constexpr double kModelError = 0.015;
 
 struct TilePlace {
   int x, y;
@@ -67,41 +68,47 @@ std::vector<ScreenTile> measure_tiles(const LineSource& source, const Registrati
   return tiles;
 }
 
+using Amplitudes = Eigen::Matrix<double, kTileAmplitudes, 1>;
+using Scatter = Eigen::Matrix<double, kTileAmplitudes, kTileAmplitudes>;
+using Columns = Eigen::Matrix<double, kTileAmplitudes, 3>;
+
+struct Widths {
+  double red = kDufaycolorRedWidth, green = kDufaycolorGreenLength;
+};
+
 // The ideal amplitudes of the three elements under a Gaussian blur, as columns, weighed so that the
 // squared length of a residual is its energy in the picture.
 class BlurModel {
  public:
-  using Columns = Eigen::Matrix<double, kTileAmplitudes, 3>;
-  explicit BlurModel(const Mat2& linear) : linear_(linear) {}
-
-  [[nodiscard]] Columns columns(double sigma_px) const {
-    const ScreenPattern& pattern = ScreenPattern::dufaycolor();
-    const Mat2 t = linear_.transposed();
-    Columns a;
-    for (int k = 0; k < 3; ++k) {
-      a(0, k) = pattern.area(k);
-      for (int i = 1; i < kTileAmplitudes; ++i) {
-        const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
-        const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
-        a(i, k) = std::numbers::sqrt2 * pattern.fourier(k, h.u, h.v).real() *
-                  std::exp(-2 * kPi * kPi * sigma_px * sigma_px * dot(f, f));
+  BlurModel(const Mat2& linear, const Widths& widths) {
+    const ScreenPattern pattern = ScreenPattern::dufaycolor(widths.red, widths.green);
+    const Mat2 t = linear.transposed();
+    for (int k = 0; k < 3; ++k) sharp_(0, k) = pattern.area(k);
+    for (int i = 1; i < kTileAmplitudes; ++i) {
+      const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
+      const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
+      square_(i) = dot(f, f);
+      for (int k = 0; k < 3; ++k) {
+        sharp_(i, k) = std::numbers::sqrt2 * pattern.fourier(k, h.u, h.v).real();
       }
     }
-    return a;
+  }
+
+  [[nodiscard]] Columns columns(double sigma_px) const {
+    const Amplitudes otf = (-2 * kPi * kPi * sigma_px * sigma_px * square_).array().exp();
+    return otf.asDiagonal() * sharp_;
   }
 
  private:
-  Mat2 linear_;
+  Columns sharp_;
+  Amplitudes square_ = Amplitudes::Zero();
 };
 
-using Amplitudes = Eigen::Matrix<double, kTileAmplitudes, 1>;
-using Scatter = Eigen::Matrix<double, kTileAmplitudes, kTileAmplitudes>;
-
-Amplitudes weighted_amplitudes(const ScreenTile& tile, std::size_t channel) {
+Amplitudes weighted(const std::array<double, kTileAmplitudes>& amplitude) {
   Amplitudes y;
-  y(0) = tile.amplitude[channel][0];
+  y(0) = amplitude[0];
   for (int i = 1; i < kTileAmplitudes; ++i) {
-    y(i) = std::numbers::sqrt2 * tile.amplitude[channel][static_cast<std::size_t>(i)];
+    y(i) = std::numbers::sqrt2 * amplitude[static_cast<std::size_t>(i)];
   }
   return y;
 }
@@ -113,53 +120,184 @@ double tile_weight(const ScreenTile& tile, std::size_t channel) {
               1e-14);
 }
 
-struct SigmaFit {
-  double sigma = kDefaultSigmaPx, sd = 1e3;
-};
-
-// Sum over tiles of y y^T / variance is all that a fit of one sigma needs: what the best three
-// intensities leave is the trace of the residual projector with it.
-SigmaFit fit_sigma(const Scatter& scatter, const BlurModel& model) {
-  const auto cost = [&](double sigma) {
-    const BlurModel::Columns a = model.columns(sigma);
-    const Eigen::HouseholderQR<BlurModel::Columns> qr(a);
-    const Scatter q = qr.householderQ();
-    return (q.rightCols<kTileAmplitudes - 3>().transpose() * scatter *
-            q.rightCols<kTileAmplitudes - 3>())
-        .trace();
-  };
-  SigmaFit fit;
-  double best = 1e300;
-  for (double s = kLeastSigmaPx; s <= kMostSigmaPx; s *= 1.04) {
-    const double value = cost(s);
-    if (value < best) {
-      best = value;
-      fit.sigma = s;
-    }
+// Sum over tiles of y y^T / variance, less what the odd amplitudes say of noise and detail: all
+// that a fit needs, because what the best three intensities of every tile leave is the trace of the
+// residual projector with it.
+Scatter channel_scatter(const std::vector<ScreenTile>& tiles, std::size_t channel) {
+  Scatter sum = Scatter::Zero();
+  for (const ScreenTile& tile : tiles) {
+    if (!tile.used) continue;
+    const Amplitudes even = weighted(tile.amplitude[channel]), odd = weighted(tile.odd[channel]);
+    const double weight = tile_weight(tile, channel);
+    sum += weight * (even * even.transpose());
+    for (int i = 1; i < kTileAmplitudes; ++i) sum(i, i) -= weight * odd(i) * odd(i);
   }
-  double low = std::max(fit.sigma / 1.04, kLeastSigmaPx),
-         high = std::min(fit.sigma * 1.04, kMostSigmaPx);
-  for (int i = 0; i < 40; ++i) {  // golden section
-    const double a = high - 0.618034 * (high - low), b = low + 0.618034 * (high - low);
-    if (cost(a) < cost(b)) {
-      high = b;
-    } else {
-      low = a;
-    }
-  }
-  fit.sigma = 0.5 * (low + high);
-  // Chi-squared rises by 1 at one standard deviation.
-  const double step = 0.02;
-  const double curvature =
-      (cost(fit.sigma + step) + cost(fit.sigma - step) - 2 * cost(fit.sigma)) / (step * step);
-  if (curvature > 0) fit.sd = std::sqrt(2 / curvature);
-  return fit;
+  return sum;
 }
 
+// Weak beliefs, in standard deviations.
+constexpr double kSigmaPriorPx = 0.7, kSigmaPriorSd = 0.5;
+constexpr double kInfraredSofter = 1.1, kInfraredPriorSd = 0.15;
+constexpr double kWidthPriorSd = 0.04;
+
+struct SharpnessFit {
+  Widths widths;
+  std::array<double, 4> sigma{}, sd{};
+};
+
+// Joint fit of the widths, shared, and a sigma per channel.
+class SharpnessProblem {
+ public:
+  SharpnessProblem(const Mat2& linear, const std::vector<ScreenTile>& tiles, std::size_t n_channels)
+      : linear_(linear), n_channels_(n_channels) {
+    for (std::size_t c = 0; c < n_channels; ++c) scatter_.push_back(channel_scatter(tiles, c));
+  }
+
+  [[nodiscard]] SharpnessFit solve() const {
+    SharpnessFit fit;
+    double best = best_sigmas(fit.widths, fit.sigma);
+    // The widths by a pattern search; for each, every channel has its own best sigma.
+    for (double step = 0.04; step > 0.001; step *= 0.5) {
+      for (bool moved = true; moved;) {
+        moved = false;
+        for (const auto& [dr, dg] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+          const Widths trial{fit.widths.red + dr * step, fit.widths.green + dg * step};
+          if (std::abs(trial.red - kDufaycolorRedWidth) > 0.16 ||
+              std::abs(trial.green - kDufaycolorGreenLength) > 0.16) {
+            continue;
+          }
+          std::array<double, 4> sigma{};
+          const double value = best_sigmas(trial, sigma);
+          if (value < best - 1e-9) {
+            best = value;
+            fit.widths = trial;
+            fit.sigma = sigma;
+            moved = true;
+          }
+        }
+      }
+    }
+    uncertainty(fit);
+    return fit;
+  }
+
+ private:
+  double channel_cost(const BlurModel& model, std::size_t c, double sigma) const {
+    const Eigen::HouseholderQR<Columns> qr(model.columns(sigma));
+    const Scatter q = qr.householderQ();
+    const auto rest = q.rightCols<kTileAmplitudes - 3>();
+    return (rest.transpose() * scatter_[c] * rest).trace();
+  }
+
+  static double square(double x) { return x * x; }
+
+  double prior(const Widths& widths, const std::array<double, 4>& sigma) const {
+    double sum = square((widths.red - kDufaycolorRedWidth) / kWidthPriorSd) +
+                 square((widths.green - kDufaycolorGreenLength) / kWidthPriorSd);
+    for (std::size_t c = 0; c < 3; ++c) sum += square((sigma[c] - kSigmaPriorPx) / kSigmaPriorSd);
+    if (n_channels_ == 4) sum += infrared_prior(sigma);
+    return sum;
+  }
+  static double infrared_prior(const std::array<double, 4>& sigma) {
+    return square((sigma[3] - kInfraredSofter * (sigma[0] + sigma[1] + sigma[2]) / 3) /
+                  kInfraredPriorSd);
+  }
+
+  double best_sigmas(const Widths& widths, std::array<double, 4>& sigma) const {
+    const BlurModel model(linear_, widths);
+    double total = square((widths.red - kDufaycolorRedWidth) / kWidthPriorSd) +
+                   square((widths.green - kDufaycolorGreenLength) / kWidthPriorSd);
+    for (std::size_t c = 0; c < n_channels_; ++c) {
+      total += minimise(
+          [&](double s) {
+            std::array<double, 4> trial = sigma;
+            trial[c] = s;
+            return channel_cost(model, c, s) +
+                   (c < 3 ? square((s - kSigmaPriorPx) / kSigmaPriorSd) : infrared_prior(trial));
+          },
+          sigma[c]);
+    }
+    return total;
+  }
+
+  template <typename Cost>
+  static double minimise(const Cost& cost, double& at) {
+    double best = 1e300;
+    for (double s = kLeastSigmaPx; s <= kMostSigmaPx; s *= 1.1) {
+      const double value = cost(s);
+      if (value < best) {
+        best = value;
+        at = s;
+      }
+    }
+    double low = std::max(at / 1.1, kLeastSigmaPx), high = std::min(at * 1.1, kMostSigmaPx);
+    constexpr double kGolden = 0.6180339887498949;
+    double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+    double cost_a = cost(a), cost_b = cost(b);
+    for (int i = 0; i < 18; ++i) {
+      if (cost_a < cost_b) {
+        high = b;
+        b = a;
+        cost_b = cost_a;
+        a = high - kGolden * (high - low);
+        cost_a = cost(a);
+      } else {
+        low = a;
+        a = b;
+        cost_a = cost_b;
+        b = low + kGolden * (high - low);
+        cost_b = cost(b);
+      }
+    }
+    at = 0.5 * (low + high);
+    return cost(at);
+  }
+
+  // Covariance from the curvature of chi-squared in all parameters together.
+  void uncertainty(SharpnessFit& fit) const {
+    const auto n = static_cast<int>(n_channels_) + 2;
+    const auto total = [&](const Eigen::VectorXd& x) {
+      const Widths widths{x(0), x(1)};
+      std::array<double, 4> sigma{};
+      for (int i = 2; i < n; ++i) sigma[static_cast<std::size_t>(i - 2)] = x(i);
+      const BlurModel model(linear_, widths);
+      double sum = prior(widths, sigma);
+      for (std::size_t c = 0; c < n_channels_; ++c) sum += channel_cost(model, c, sigma[c]);
+      return sum;
+    };
+    Eigen::VectorXd x(n);
+    x(0) = fit.widths.red;
+    x(1) = fit.widths.green;
+    for (int i = 2; i < n; ++i) x(i) = fit.sigma[static_cast<std::size_t>(i - 2)];
+    Eigen::MatrixXd hessian(n, n);
+    constexpr double kStep = 0.01;
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        const auto moved = [&](double a, double b) {
+          Eigen::VectorXd y = x;
+          y(i) += a * kStep;
+          y(j) += b * kStep;
+          return total(y);
+        };
+        hessian(i, j) = hessian(j, i) =
+            (moved(1, 1) - moved(1, -1) - moved(-1, 1) + moved(-1, -1)) / (4 * kStep * kStep);
+      }
+    }
+    const Eigen::MatrixXd covariance = 2 * hessian.fullPivLu().inverse();
+    for (std::size_t c = 0; c < n_channels_; ++c) {
+      const double variance = covariance(static_cast<int>(c) + 2, static_cast<int>(c) + 2);
+      fit.sd[c] = variance > 0 && std::isfinite(variance) ? std::sqrt(variance) : kSigmaPriorSd;
+    }
+  }
+
+  Mat2 linear_;
+  std::size_t n_channels_;
+  std::vector<Scatter> scatter_;
+};
+
 // Light of each element in one channel of a tile (intensity x response), by least squares.
-Eigen::Vector3d element_light(const ScreenTile& tile, std::size_t channel,
-                              const BlurModel::Columns& a) {
-  return a.householderQr().solve(weighted_amplitudes(tile, channel));
+Eigen::Vector3d element_light(const ScreenTile& tile, std::size_t channel, const Columns& a) {
+  return a.householderQr().solve(weighted(tile.amplitude[channel]));
 }
 
 // Response of each channel to each clear element: with infrared, the light in R, G, B regressed on
@@ -167,7 +305,7 @@ Eigen::Vector3d element_light(const ScreenTile& tile, std::size_t channel,
 // brightest tiles count as clear.
 Response fit_response(const std::vector<ScreenTile>& tiles, const BlurModel& model,
                       const std::array<double, 4>& sigma_px, bool infrared) {
-  std::array<BlurModel::Columns, 4> columns;
+  std::array<Columns, 4> columns;
   for (std::size_t c = 0; c < 4; ++c)
     columns[c] = model.columns(sigma_px[c] > 0 ? sigma_px[c] : kDefaultSigmaPx);
   std::array<Eigen::Vector3d, 3> sum_xt;   // per element: sum of light (R, G, B) times silver
@@ -241,45 +379,39 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
     result.report.origin[c] = "default";
   }
   if (!infrared) result.report.origin[3] = "absent";
+  result.report.red_width = kDufaycolorRedWidth;
+  result.report.green_length = kDufaycolorGreenLength;
 
   const std::vector<ScreenTile> tiles = measure_tiles(source, registration, tone, stop);
   if (stop.stop_requested()) return result;
-  const BlurModel model({registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
-                         registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y});
-  std::array<Scatter, 4> scatter;
-  Scatter visible = Scatter::Zero();
-  int n_used = 0;
-  for (std::size_t c = 0; c < n_channels; ++c) {
-    scatter[c].setZero();
-    for (const ScreenTile& tile : tiles) {
-      if (!tile.used) continue;
-      const Amplitudes y = weighted_amplitudes(tile, c);
-      scatter[c] += tile_weight(tile, c) * y * y.transpose();
-      ++n_used;
-    }
-    if (c < 3) visible += scatter[c];
+  if (std::none_of(tiles.begin(), tiles.end(), [](const ScreenTile& t) { return t.used; }))
+    return result;
+  const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
+                    registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
+  const SharpnessFit fit = SharpnessProblem(linear, tiles, n_channels).solve();
+  double pooled = 0, pooled_weight = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    pooled += fit.sigma[c] / (fit.sd[c] * fit.sd[c]);
+    pooled_weight += 1 / (fit.sd[c] * fit.sd[c]);
   }
-  if (n_used == 0) return result;
-  const SigmaFit pooled = fit_sigma(visible, model);
+  pooled /= pooled_weight;
   for (std::size_t c = 0; c < n_channels; ++c) {
-    const SigmaFit own = fit_sigma(scatter[c], model);
-    const auto accept = [&](const SigmaFit& fit, const char* origin) {
-      result.report.sigma_px[c] = fit.sigma;
-      result.report.sigma_sd_px[c] = fit.sd;
-      result.report.origin[c] = origin;
-    };
-    if (own.sd < 0.08 && own.sigma < 0.95 * kMostSigmaPx) {
-      accept(own, "measured");
-    } else if (pooled.sd < 0.1 && pooled.sigma < 0.95 * kMostSigmaPx) {
-      accept(pooled, "pooled");
-    }
+    const bool own = fit.sd[c] < kMeasuredSdPx;
+    const bool others = 1 / std::sqrt(pooled_weight) < kMeasuredSdPx;
+    if (!own && !others) continue;
+    result.report.origin[c] = own ? "measured" : "pooled";
+    result.report.sigma_px[c] = own ? fit.sigma[c] : (c == 3 ? kInfraredSofter : 1.0) * pooled;
+    result.report.sigma_sd_px[c] = fit.sd[c];
   }
+  result.report.red_width = fit.widths.red;
+  result.report.green_length = fit.widths.green;
+  const BlurModel model(linear, fit.widths);
   result.response = fit_response(tiles, model, result.report.sigma_px, infrared);
   if (!infrared) scale_to_brightest(result.response);
   std::array<double, 3> weights{};
   if (silver_weights(result.response, weights)) result.silver_from_rgb = weights;
   if (infrared)
-    result.infrared_shift_px = infrared_shift(tiles, result.silver_from_rgb, registration);
+    result.report.infrared_shift_px = infrared_shift(tiles, result.silver_from_rgb, registration);
   return result;
 }
 

@@ -13,18 +13,17 @@ namespace reseau {
 
 struct Sharpness {
   SharpnessReport report;
-  // Where the infrared picture lies relative to RGB [px]: a detail at p in RGB is at p + shift in
-  // infrared. Zero where it could not be measured.
-  Vec2 infrared_shift_px;
   // Refined with the measured blur; per unit silver, [element][channel].
   std::array<std::array<double, 3>, 3> response{};
   std::array<double, 3> silver_from_rgb{};
 };
 
-// Looks at up to some 200 tiles of the frame, whatever its size. R, G, B: the series of RGB over
-// silver, tiles with even silver counting most. Infrared: its modulation where the picture is
-// coloured, against that of the silver computed from RGB at the same place. What cannot be measured
-// is pooled from the other channels, else a stated default (0.7 px), and the report says so.
+// Looks at up to some 200 tiles of the frame, whatever its size. The harmonics of the réseau in raw
+// linear light determine one sigma per channel, infrared too (where the picture is coloured the
+// silver shows the pattern), and the printed widths, together; what the picture itself adds is
+// measured by the odd harmonics, which the pattern does not have, and subtracted. Weak priors (0.7
+// px, infrared a little softer, the widths of the micrograph) decide only what the data leave open;
+// the report says which channel was measured, pooled or left at the default.
 [[nodiscard]] Sharpness measure_sharpness(const LineSource& source,
                                           const Registration& registration, const ToneCurves& tone,
                                           const std::stop_token& stop);

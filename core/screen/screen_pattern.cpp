@@ -34,14 +34,18 @@ ScreenPattern::ScreenPattern(std::string name, Vec2 period_um, std::vector<Eleme
 }
 
 const ScreenPattern& ScreenPattern::dufaycolor() {
-  static const double red = 21.0 / 49.9;
-  static const double green = 22.7 / 49.6;
-  static const ScreenPattern pattern(
-      "dufaycolor", {49.6, 49.9},
+  static const ScreenPattern pattern = dufaycolor(kDufaycolorRedWidth, kDufaycolorGreenLength);
+  return pattern;
+}
+
+ScreenPattern ScreenPattern::dufaycolor(double red, double green) {
+  CHECK(red > 0.05 && red < 0.95 && green > 0.05 && green < 0.95);
+  return {
+      "dufaycolor",
+      {49.6, 49.9},
       {{0, {0, 0.5}, {1, red}}, {1, {0, 0}, {green, 1 - red}}, {2, {0.5, 0}, {1 - green, 1 - red}}},
       // Two samples of red per period: the line runs on between the squares.
-      {{{{0, 0.5}, {0.5, 1}}, {{0, 0}, {1, 1}}, {{0.5, 0}, {1, 1}}}});
-  return pattern;
+      {{{{0, 0.5}, {0.5, 1}}, {{0, 0}, {1, 1}}, {{0.5, 0}, {1, 1}}}}};
 }
 
 std::complex<double> ScreenPattern::fourier(int color, int h, int k) const {

@@ -24,6 +24,11 @@ struct ElementLattice {
   Vec2 step{1, 1};
 };
 
+// Microscope image by D. Pfluger (ERC FilmColors, University of Zurich), measured in Hubicka et al.
+// 2025, arXiv:2501.06216: red lines 21.0 of 49.9 um; green 22.7 of 49.6 um.
+inline constexpr double kDufaycolorRedWidth = 21.0 / 49.9;
+inline constexpr double kDufaycolorGreenLength = 22.7 / 49.6;
+
 // Immutable; the rectangles tile the cell without gap or overlap.
 class ScreenPattern {
  public:
@@ -31,9 +36,11 @@ class ScreenPattern {
                 std::array<ElementLattice, 3> lattices);
 
   // Dufaycolor: red lines along u at v = 0.5; between them green squares at (0, 0) and blue ones at
-  // (0.5, 0). Widths 21.0 of 49.9 um, 22.7 and 26.9 of 49.6 um: microscope image by D. Pfluger
-  // (ERC FilmColors, University of Zurich), measured in Hubicka et al. 2025, arXiv:2501.06216.
+  // (0.5, 0).
   static const ScreenPattern& dufaycolor();
+  // The same with other widths, as printings vary: the red line [periods of v] and the green square
+  // [periods of u], each in 0.05..0.95.
+  static ScreenPattern dufaycolor(double red_width, double green_length);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] Vec2 period_um() const { return period_um_; }
