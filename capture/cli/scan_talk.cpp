@@ -28,6 +28,8 @@ const char* phase_word(ScanPhase phase) {
 }  // namespace
 
 void ScanTalk::phase(ScanPhase phase, const std::string& detail) {
+  // began() opens this phase, when exposure and focus are known.
+  if (phase == ScanPhase::kScan) return;
   reporter_.phase(phase_word(phase), detail);
 }
 

@@ -12,6 +12,7 @@ void add_replay(Program& program);
 void add_reconstruct(Program& program);
 void add_register(Program& program);
 void add_compare(Program& program);
+void add_simulate(Program& program);
 void add_colour(Program& program);
 
 // All of them, in the order of the help.
