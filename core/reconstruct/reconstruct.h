@@ -69,6 +69,10 @@ struct SharpnessReport {
   std::array<double, 4> sigma_px{};
   std::array<double, 4> sigma_sd_px{};
   std::array<std::string, 4> origin;  // "measured", "pooled", "default", "absent"
+  // Printed widths as found in this film [periods]: the red line, the green square.
+  double red_width = 0, green_length = 0;
+  // Where infrared lies relative to RGB [px]; zero where the picture does not tell.
+  Vec2 infrared_shift_px;
 };
 
 struct ReconstructionReport {

@@ -1,0 +1,49 @@
+// The unit cell of the réseau as the scanner sees it: the three masks, blurred.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "core/geometry/vec2.h"
+#include "core/screen/screen_pattern.h"
+
+namespace reseau {
+
+// Share of each element in the light of a pixel whose centre lies at (u, v). The three sum to 1.
+// Immutable, thread-safe.
+class BlurredCell {
+ public:
+  // sigma_px: Gaussian-equivalent blur, pixel aperture included; screen_from_scan: the linear part
+  // of the map [periods/px].
+  BlurredCell(const ScreenPattern& pattern, const Mat2& screen_from_scan, double sigma_px);
+
+  // Bilinear in a table of 128 x 128.
+  [[nodiscard]] std::array<float, 3> shares(float u, float v) const {
+    const float x = (u - std::floor(u)) * kSize, y = (v - std::floor(v)) * kSize;
+    const auto ix = static_cast<std::size_t>(x), iy = static_cast<std::size_t>(y);
+    const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy);
+    const float* a = &table_[(iy * (kSize + 2) + ix) * 3];
+    const float* b = a + static_cast<std::ptrdiff_t>((kSize + 2) * 3);
+    std::array<float, 3> m;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float top = a[k] + fx * (a[k + 3] - a[k]);
+      const float bottom = b[k] + fx * (b[k + 3] - b[k]);
+      m[k] = top + fy * (bottom - top);
+    }
+    return m;
+  }
+
+  // What one collected element of colour k (row) holds of each colour (column) on average when
+  // pixels are weighed by the square of their share: the saturation loss.
+  [[nodiscard]] const std::array<std::array<double, 3>, 3>& mean_crosstalk() const {
+    return crosstalk_;
+  }
+
+ private:
+  static constexpr std::size_t kSize = 128;
+  std::vector<float> table_;  // [v][u][colour], two extra rows and columns that repeat the first
+  std::array<std::array<double, 3>, 3> crosstalk_{};
+};
+
+}  // namespace reseau

@@ -1,0 +1,259 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include "core/base/check.h"
+#include "core/base/error.h"
+#include "core/reconstruct/reconstruct.h"
+#include "core/screen/cell_moments.h"
+#include "core/screen/lattice_search.h"
+#include "core/screen/linear_rows.h"
+#include "core/screen/map_fit.h"
+#include "core/screen/phase_samples.h"
+#include "core/screen/screen_pattern.h"
+
+namespace reseau {
+namespace {
+
+constexpr int kSearchRows = 512;  // a réseau is looked for in blocks of so many lines
+constexpr int kTaskRows = 2 * kCellPx;
+
+// The plane that fits the map best over the whole frame: a stage that wobbles bends the slope at
+// any one place by more than the lattice is wrong on the whole.
+Mat2 mean_linear(const ScreenMap& map, int width_px, int height_px) {
+  constexpr int kSteps = 32;
+  Vec2 sum_x, sum_y;
+  double norm_x = 0, norm_y = 0;
+  for (int j = 0; j <= kSteps; ++j) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const double x = (static_cast<double>(i) / kSteps - 0.5) * (width_px - 1);
+      const double y = (static_cast<double>(j) / kSteps - 0.5) * (height_px - 1);
+      const Vec2 s = map.screen_from_scan({x + (width_px - 1) / 2.0, y + (height_px - 1) / 2.0});
+      sum_x = sum_x + x * s;
+      sum_y = sum_y + y * s;
+      norm_x += x * x;
+      norm_y += y * y;
+    }
+  }
+  return {sum_x.x / norm_x, sum_y.x / norm_y, sum_x.y / norm_x, sum_y.y / norm_y};
+}
+
+class Tracker {
+ public:
+  Tracker(const LineSource& source, const RegisterOptions& options, const ProgressFn& progress,
+          const std::stop_token& stop)
+      : source_(source), options_(options), progress_(progress), stop_(stop) {}
+
+  Registration run() {
+    const LineFormat& format = source_.format();
+    const int height = format.n_lines;
+    int next_search = 0;
+    std::string reason = "No réseau was found: the picture is empty.";
+    // Search block by block as lines arrive. A seed that leads nowhere is given up for the next.
+    while (next_search < height) {
+      int end = std::min(height, next_search + kSearchRows);
+      if (height - end < kSearchRows / 2) end = height;
+      const int have = source_.wait_committed(end, stop_);
+      if (stop_.stop_requested()) return stopped();
+      // The scan ended early: what there is, is all there is.
+      if (have < end) end = have;
+      if (end - next_search < 16) break;
+      const std::optional<LatticeSeed> seed = search(next_search, end - next_search, reason);
+      next_search = have < end ? height : end;
+      if (!seed) continue;
+      Registration result = track(*seed);
+      if (result.found || stop_.stop_requested()) return result;
+      reason = result.reason;
+      if (source_.committed() <= next_search) break;
+    }
+    Registration none;
+    none.screen = "none";
+    none.reason = reason;
+    return none;
+  }
+
+ private:
+  static Registration stopped() {
+    Registration result;
+    result.screen = "none";
+    result.reason = "Registration was stopped before the last line.";
+    return result;
+  }
+
+  // Finds a seed in a block of lines; without infrared also the weights that make silver of RGB.
+  std::optional<LatticeSeed> search(int first, int n, std::string& reason) {
+    LinearReader reader(source_, options_.tone);
+    LinearRows rows;
+    std::array<double, 3> weights = reader.silver_from_rgb();
+    for (int round = 0; round < (reader.has_infrared() ? 1 : 3); ++round) {
+      reader.set_silver_from_rgb(weights);
+      reader.read(first, n, rows);
+      LatticeSearch found = find_lattice(rows);
+      if (!found.found) {
+        if (round > 0) break;
+        reason = found.reason;
+        return std::nullopt;
+      }
+      seed_ = found.seed;
+      weights_ = weights;
+      if (reader.has_infrared()) break;
+      // With S = w . RGB the series is that of RGB / S; one more round with the better weights.
+      std::array<double, 3> better{};
+      if (!silver_weights(response_from_series(seed_.series, seed_.carriers, 0.6), better)) break;
+      weights = better;
+    }
+    return seed_;
+  }
+
+  Registration track(const LatticeSeed& seed) {
+    const LineFormat& format = source_.format();
+    CellGrid cells(format.width_px, format.n_lines, seed.carriers);
+    int done = 0;
+    while (done < format.n_lines) {
+      const int want = std::min(format.n_lines, done + kTaskRows);
+      int have = source_.wait_committed(want, stop_);
+      if (stop_.stop_requested()) return stopped();
+      const bool ended = have < want;
+      // Whole cells only, but for the end of the frame.
+      int end = have == format.n_lines || ended ? have : have / kCellPx * kCellPx;
+      end = std::min(end, done + 64 * kTaskRows);
+      if (ended) end = have / kCellPx * kCellPx;
+      if (end > done) accumulate(cells, done, end);
+      done = std::max(done, end);
+      if (progress_) progress_(0.9 * done / format.n_lines);
+      if (ended) break;
+    }
+    return finish(seed, cells);
+  }
+
+  void accumulate(CellGrid& cells, int begin, int end) {
+    const int n_tasks = (end - begin + kTaskRows - 1) / kTaskRows;
+    tbb::parallel_for(0, n_tasks, [&](int task) {
+      LinearReader reader(source_, options_.tone);
+      reader.set_silver_from_rgb(weights_);
+      LinearRows rows;
+      const int first = begin + task * kTaskRows;
+      reader.read(first, std::min(kTaskRows, end - first), rows);
+      cells.accumulate(rows);
+    });
+  }
+
+  Registration finish(const LatticeSeed& seed, const CellGrid& cells) {
+    const LineFormat& format = source_.format();
+    Registration result;
+    result.screen = "none";
+    const double period = std::max(1 / norm(seed.carriers.u), 1 / norm(seed.carriers.v));
+    WindowShape shape;
+    shape.sigma_cells = std::max(1.0, 0.12 * period);
+    shape.stride_cells = 2;
+    WindowShape coarse = shape;
+    coarse.sigma_cells = 1.3 * shape.sigma_cells;
+    std::vector<PhaseSample> samples =
+        grow_samples(cells, seed.center_px, seed.screen_at_center, seed.series, coarse);
+    ColorSeries series = seed.series;
+    MapFit fit = fit_map(samples, format.width_px, format.n_lines);
+    if (!fit.usable) {
+      result.reason =
+          "No réseau was found: a repeating pattern was seen in one place but could not be "
+          "followed from there.";
+      return result;
+    }
+    for (int round = 0; round < 2; ++round) {
+      if (!pooled_series(cells, fit.map, 0, series)) break;
+      samples = measure_samples(cells, fit.map, series, shape);
+      const MapFit better = fit_map(samples, format.width_px, format.n_lines);
+      if (!better.usable) break;
+      fit = better;
+    }
+    fill(result, seed, cells, fit, samples);
+    return result;
+  }
+
+  void fill(Registration& result, const LatticeSeed& seed, const CellGrid& cells, const MapFit& fit,
+            const std::vector<PhaseSample>& samples) const {
+    const LineFormat& format = source_.format();
+    int lit = 0;
+    double light_max = 0;
+    for (int r = 0; r < cells.n_rows(); ++r) {
+      for (int c = 0; c < cells.n_columns(); ++c)
+        light_max = std::max(light_max, cells.light(c, r));
+    }
+    for (int r = 0; r < cells.n_rows(); ++r) {
+      for (int c = 0; c < cells.n_columns(); ++c)
+        lit += cells.light(c, r) > 1e-3 * light_max ? 1 : 0;
+    }
+    const double coverage =
+        std::min(1.0, 4.0 * static_cast<double>(samples.size()) / std::max(lit, 1));
+    result.map = fit.map;
+    result.residual_px = fit.residual_px;
+    result.n_windows = fit.n_used;
+    result.n_outliers = fit.n_outliers;
+    const Mat2 mean = mean_linear(fit.map, format.width_px, format.n_lines);
+    result.lattice_cy_per_px = {Vec2{mean.a, mean.b}, Vec2{mean.c, mean.d}};
+    result.period_px = {1 / norm(result.lattice_cy_per_px[0]),
+                        1 / norm(result.lattice_cy_per_px[1])};
+    // Red lines run along u: the direction in which v stays the same.
+    Vec2 along{-mean.d, mean.c};
+    if (along.y < 0) along = -1.0 * along;
+    result.angle_deg = std::atan2(along.x, along.y) * 180 / std::numbers::pi;
+    if (format.x_dpi > 0) {
+      for (std::size_t i = 0; i < 2; ++i)
+        result.period_um[i] = result.period_px[i] * 25400 / format.x_dpi;
+    }
+    ColorSeries flat;
+    if (pooled_series(cells, fit.map, 0.01, flat)) {
+      result.response = response_from_series(
+          flat, {result.lattice_cy_per_px[0], result.lattice_cy_per_px[1]}, 0.65);
+    }
+    result.silver_from_rgb = weights_;
+    if (format.plane_of(Channel::kInfrared) >= 0) {
+      std::array<double, 3> weights{};
+      if (silver_weights(result.response, weights)) result.silver_from_rgb = weights;
+    }
+    const double worst_period = std::min(result.period_px[0], result.period_px[1]);
+    const double tightness = std::exp(-std::pow(fit.residual_px / (0.12 * worst_period), 2));
+    result.confidence = seed.confidence * tightness * (-std::expm1(-coverage / 0.15));
+    result.found = result.confidence > 0.35 && fit.n_used >= 6;
+    if (result.found) {
+      result.screen = ScreenPattern::dufaycolor().name();
+    } else {
+      result.reason =
+          "No réseau was found: a weak repeating pattern is there, but it does not hold together "
+          "over the picture.";
+    }
+  }
+
+  const LineSource& source_;
+  const RegisterOptions& options_;
+  const ProgressFn& progress_;
+  const std::stop_token& stop_;
+  LatticeSeed seed_;
+  std::array<double, 3> weights_{1.0 / 3, 1.0 / 3, 1.0 / 3};
+};
+
+}  // namespace
+
+Registration register_screen(const LineSource& source, const RegisterOptions& options,
+                             const ProgressFn& progress, const std::stop_token& stop) {
+  const LineFormat& format = source.format();
+  for (const Channel channel : {Channel::kRed, Channel::kGreen, Channel::kBlue}) {
+    if (format.plane_of(channel) < 0) {
+      throw InputError(
+          "The scan has no red, green and blue channels; a réseau cannot be told apart in it.");
+    }
+  }
+  const auto start = std::chrono::steady_clock::now();
+  Registration result;
+  tbb::task_arena arena(options.n_threads > 0 ? options.n_threads : tbb::task_arena::automatic);
+  arena.execute([&] { result = Tracker(source, options, progress, stop).run(); });
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (progress) progress(1.0);
+  return result;
+}
+
+}  // namespace reseau

@@ -1,0 +1,43 @@
+// What one tile of the picture says about the réseau in each channel: amplitudes of its harmonics
+// in raw linear light. Never ratios of channels: dividing does not commute with blur.
+#pragma once
+
+#include <array>
+#include <complex>
+#include <vector>
+
+#include "core/geometry/vec2.h"
+#include "core/reconstruct/reconstruct.h"
+#include "core/screen/cell_moments.h"
+#include "core/screen/linear_rows.h"
+#include "core/screen/screen_map.h"
+
+namespace reseau {
+
+inline constexpr std::array<HarmonicIndex, 6> kTileHarmonics{
+    {{1, 0}, {0, 1}, {1, 1}, {1, -1}, {2, 0}, {0, 2}}};
+inline constexpr int kTileAmplitudes = 1 + static_cast<int>(kTileHarmonics.size());
+
+struct ScreenTile {
+  bool used = false;  // bright enough, not clipped
+  // Per channel R G B S: the mean, then the even amplitudes of kTileHarmonics.
+  std::array<std::array<double, kTileAmplitudes>, 4> amplitude{};
+  // The odd ones of the same: the pattern has none, so they are noise and picture detail.
+  std::array<std::array<double, kTileAmplitudes>, 4> odd{};
+  std::array<double, 4> variance{};  // of a pixel about the fit: noise and picture detail
+  double n_effective = 0;            // pixels, weighed by the window
+  // Complex coefficients at u and v, for shifts between channels.
+  std::array<std::array<std::complex<double>, 2>, 4> fundamental{};
+};
+
+// Least squares of 1, x, y and the harmonics in a Hann-windowed tile; S is plane 3 of the rows.
+[[nodiscard]] ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size,
+                                             const ScreenMap& map);
+
+// Where a detail of RGB at p is found in infrared: p + shift [px]. Zero when the picture does not
+// tell it to a tenth of a pixel.
+[[nodiscard]] Vec2 infrared_shift(const std::vector<ScreenTile>& tiles,
+                                  const std::array<double, 3>& silver_from_rgb,
+                                  const Registration& registration);
+
+}  // namespace reseau

@@ -1,0 +1,418 @@
+#include "core/reconstruct/sharpness.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <Eigen/Dense>
+#include <tbb/parallel_for.h>
+
+#include "core/reconstruct/screen_tile.h"
+#include "core/screen/lattice_search.h"
+#include "core/screen/linear_rows.h"
+#include "core/screen/screen_pattern.h"
+
+namespace reseau {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kDefaultSigmaPx = 0.7;
+constexpr double kLeastSigmaPx = 0.2, kMostSigmaPx = 4.0;
+constexpr double kMeasuredSdPx = 0.1;  // surer than this, or it is not called measured
+constexpr int kTilesAcross = 14;
+// The printed widths are not exactly those of the pattern: amplitudes are believed to this much of
+// the mean, however little noise there is.
+constexpr double kModelError = 0.015;
+
+struct TilePlace {
+  int x, y;
+};
+
+std::vector<TilePlace> tile_places(int width, int height, int size) {
+  std::vector<TilePlace> places;
+  const int nx = std::clamp(width / size, 1, kTilesAcross);
+  const int ny = std::clamp(height / size, 1, kTilesAcross);
+  for (int j = 0; j < ny; ++j) {
+    for (int i = 0; i < nx; ++i) {
+      const long long x = nx > 1 ? static_cast<long long>(i) * (width - size) / (nx - 1) : 0;
+      const long long y = ny > 1 ? static_cast<long long>(j) * (height - size) / (ny - 1) : 0;
+      places.push_back({static_cast<int>(x), static_cast<int>(y)});
+    }
+  }
+  return places;
+}
+
+std::vector<ScreenTile> measure_tiles(const LineSource& source, const Registration& registration,
+                                      const ToneCurves& tone, const std::stop_token& stop) {
+  const LineFormat& format = source.format();
+  const double period = std::max(registration.period_px[0], registration.period_px[1]);
+  const int size = std::min(
+      {std::max(64, static_cast<int>(std::ceil(6 * period))), format.width_px, source.committed()});
+  const std::vector<TilePlace> places = tile_places(format.width_px, source.committed(), size);
+  std::vector<ScreenTile> tiles(places.size());
+  std::vector<std::size_t> row_starts;  // tiles of one row share their lines
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (i == 0 || places[i].y != places[i - 1].y) row_starts.push_back(i);
+  }
+  tbb::parallel_for(std::size_t{0}, row_starts.size(), [&](std::size_t r) {
+    if (stop.stop_requested()) return;
+    LinearReader reader(source, tone);
+    LinearRows rows;
+    const std::size_t end = r + 1 < row_starts.size() ? row_starts[r + 1] : places.size();
+    reader.read(places[row_starts[r]].y, size, rows);
+    for (std::size_t i = row_starts[r]; i < end; ++i) {
+      tiles[i] = measure_screen_tile(rows, places[i].x, size, registration.map);
+    }
+  });
+  return tiles;
+}
+
+using Amplitudes = Eigen::Matrix<double, kTileAmplitudes, 1>;
+using Scatter = Eigen::Matrix<double, kTileAmplitudes, kTileAmplitudes>;
+using Columns = Eigen::Matrix<double, kTileAmplitudes, 3>;
+
+struct Widths {
+  double red = kDufaycolorRedWidth, green = kDufaycolorGreenLength;
+};
+
+// The ideal amplitudes of the three elements under a Gaussian blur, as columns, weighed so that the
+// squared length of a residual is its energy in the picture.
+class BlurModel {
+ public:
+  BlurModel(const Mat2& linear, const Widths& widths) {
+    const ScreenPattern pattern = ScreenPattern::dufaycolor(widths.red, widths.green);
+    const Mat2 t = linear.transposed();
+    for (int k = 0; k < 3; ++k) sharp_(0, k) = pattern.area(k);
+    for (int i = 1; i < kTileAmplitudes; ++i) {
+      const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
+      const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
+      square_(i) = dot(f, f);
+      for (int k = 0; k < 3; ++k) {
+        sharp_(i, k) = std::numbers::sqrt2 * pattern.fourier(k, h.u, h.v).real();
+      }
+    }
+  }
+
+  [[nodiscard]] Columns columns(double sigma_px) const {
+    const Amplitudes otf = (-2 * kPi * kPi * sigma_px * sigma_px * square_).array().exp();
+    return otf.asDiagonal() * sharp_;
+  }
+
+ private:
+  Columns sharp_;
+  Amplitudes square_ = Amplitudes::Zero();
+};
+
+Amplitudes weighted(const std::array<double, kTileAmplitudes>& amplitude) {
+  Amplitudes y;
+  y(0) = amplitude[0];
+  for (int i = 1; i < kTileAmplitudes; ++i) {
+    y(i) = std::numbers::sqrt2 * amplitude[static_cast<std::size_t>(i)];
+  }
+  return y;
+}
+
+// Inverse variance of the weighted amplitudes of a tile: noise and detail, plus the model's own.
+double tile_weight(const ScreenTile& tile, std::size_t channel) {
+  const double mean = tile.amplitude[channel][0];
+  return 1 / (tile.variance[channel] / tile.n_effective + kModelError * kModelError * mean * mean +
+              1e-14);
+}
+
+// Sum over tiles of y y^T / variance, less what the odd amplitudes say of noise and detail: all
+// that a fit needs, because what the best three intensities of every tile leave is the trace of the
+// residual projector with it.
+Scatter channel_scatter(const std::vector<ScreenTile>& tiles, std::size_t channel) {
+  Scatter sum = Scatter::Zero();
+  for (const ScreenTile& tile : tiles) {
+    if (!tile.used) continue;
+    const Amplitudes even = weighted(tile.amplitude[channel]), odd = weighted(tile.odd[channel]);
+    const double weight = tile_weight(tile, channel);
+    sum += weight * (even * even.transpose());
+    for (int i = 1; i < kTileAmplitudes; ++i) sum(i, i) -= weight * odd(i) * odd(i);
+  }
+  return sum;
+}
+
+// Weak beliefs, in standard deviations.
+constexpr double kSigmaPriorPx = 0.7, kSigmaPriorSd = 0.5;
+constexpr double kInfraredSofter = 1.1, kInfraredPriorSd = 0.15;
+constexpr double kWidthPriorSd = 0.04;
+
+struct SharpnessFit {
+  Widths widths;
+  std::array<double, 4> sigma{}, sd{};
+};
+
+// Joint fit of the widths, shared, and a sigma per channel.
+class SharpnessProblem {
+ public:
+  SharpnessProblem(const Mat2& linear, const std::vector<ScreenTile>& tiles, std::size_t n_channels)
+      : linear_(linear), n_channels_(n_channels) {
+    for (std::size_t c = 0; c < n_channels; ++c) scatter_.push_back(channel_scatter(tiles, c));
+  }
+
+  [[nodiscard]] SharpnessFit solve() const {
+    SharpnessFit fit;
+    double best = best_sigmas(fit.widths, fit.sigma);
+    // The widths by a pattern search; for each, every channel has its own best sigma.
+    for (double step = 0.04; step > 0.001; step *= 0.5) {
+      for (bool moved = true; moved;) {
+        moved = false;
+        for (const auto& [dr, dg] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+          const Widths trial{fit.widths.red + dr * step, fit.widths.green + dg * step};
+          if (std::abs(trial.red - kDufaycolorRedWidth) > 0.16 ||
+              std::abs(trial.green - kDufaycolorGreenLength) > 0.16) {
+            continue;
+          }
+          std::array<double, 4> sigma{};
+          const double value = best_sigmas(trial, sigma);
+          if (value < best - 1e-9) {
+            best = value;
+            fit.widths = trial;
+            fit.sigma = sigma;
+            moved = true;
+          }
+        }
+      }
+    }
+    uncertainty(fit);
+    return fit;
+  }
+
+ private:
+  double channel_cost(const BlurModel& model, std::size_t c, double sigma) const {
+    const Eigen::HouseholderQR<Columns> qr(model.columns(sigma));
+    const Scatter q = qr.householderQ();
+    const auto rest = q.rightCols<kTileAmplitudes - 3>();
+    return (rest.transpose() * scatter_[c] * rest).trace();
+  }
+
+  static double square(double x) { return x * x; }
+
+  double prior(const Widths& widths, const std::array<double, 4>& sigma) const {
+    double sum = square((widths.red - kDufaycolorRedWidth) / kWidthPriorSd) +
+                 square((widths.green - kDufaycolorGreenLength) / kWidthPriorSd);
+    for (std::size_t c = 0; c < 3; ++c) sum += square((sigma[c] - kSigmaPriorPx) / kSigmaPriorSd);
+    if (n_channels_ == 4) sum += infrared_prior(sigma);
+    return sum;
+  }
+  static double infrared_prior(const std::array<double, 4>& sigma) {
+    return square((sigma[3] - kInfraredSofter * (sigma[0] + sigma[1] + sigma[2]) / 3) /
+                  kInfraredPriorSd);
+  }
+
+  double best_sigmas(const Widths& widths, std::array<double, 4>& sigma) const {
+    const BlurModel model(linear_, widths);
+    double total = square((widths.red - kDufaycolorRedWidth) / kWidthPriorSd) +
+                   square((widths.green - kDufaycolorGreenLength) / kWidthPriorSd);
+    for (std::size_t c = 0; c < n_channels_; ++c) {
+      total += minimise(
+          [&](double s) {
+            std::array<double, 4> trial = sigma;
+            trial[c] = s;
+            return channel_cost(model, c, s) +
+                   (c < 3 ? square((s - kSigmaPriorPx) / kSigmaPriorSd) : infrared_prior(trial));
+          },
+          sigma[c]);
+    }
+    return total;
+  }
+
+  template <typename Cost>
+  static double minimise(const Cost& cost, double& at) {
+    double best = 1e300;
+    for (double s = kLeastSigmaPx; s <= kMostSigmaPx; s *= 1.1) {
+      const double value = cost(s);
+      if (value < best) {
+        best = value;
+        at = s;
+      }
+    }
+    double low = std::max(at / 1.1, kLeastSigmaPx), high = std::min(at * 1.1, kMostSigmaPx);
+    constexpr double kGolden = 0.6180339887498949;
+    double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+    double cost_a = cost(a), cost_b = cost(b);
+    for (int i = 0; i < 18; ++i) {
+      if (cost_a < cost_b) {
+        high = b;
+        b = a;
+        cost_b = cost_a;
+        a = high - kGolden * (high - low);
+        cost_a = cost(a);
+      } else {
+        low = a;
+        a = b;
+        cost_a = cost_b;
+        b = low + kGolden * (high - low);
+        cost_b = cost(b);
+      }
+    }
+    at = 0.5 * (low + high);
+    return cost(at);
+  }
+
+  // Covariance from the curvature of chi-squared in all parameters together.
+  void uncertainty(SharpnessFit& fit) const {
+    const auto n = static_cast<int>(n_channels_) + 2;
+    const auto total = [&](const Eigen::VectorXd& x) {
+      const Widths widths{x(0), x(1)};
+      std::array<double, 4> sigma{};
+      for (int i = 2; i < n; ++i) sigma[static_cast<std::size_t>(i - 2)] = x(i);
+      const BlurModel model(linear_, widths);
+      double sum = prior(widths, sigma);
+      for (std::size_t c = 0; c < n_channels_; ++c) sum += channel_cost(model, c, sigma[c]);
+      return sum;
+    };
+    Eigen::VectorXd x(n);
+    x(0) = fit.widths.red;
+    x(1) = fit.widths.green;
+    for (int i = 2; i < n; ++i) x(i) = fit.sigma[static_cast<std::size_t>(i - 2)];
+    Eigen::MatrixXd hessian(n, n);
+    constexpr double kStep = 0.01;
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        const auto moved = [&](double a, double b) {
+          Eigen::VectorXd y = x;
+          y(i) += a * kStep;
+          y(j) += b * kStep;
+          return total(y);
+        };
+        hessian(i, j) = hessian(j, i) =
+            (moved(1, 1) - moved(1, -1) - moved(-1, 1) + moved(-1, -1)) / (4 * kStep * kStep);
+      }
+    }
+    const Eigen::MatrixXd covariance = 2 * hessian.fullPivLu().inverse();
+    for (std::size_t c = 0; c < n_channels_; ++c) {
+      const double variance = covariance(static_cast<int>(c) + 2, static_cast<int>(c) + 2);
+      fit.sd[c] = variance > 0 && std::isfinite(variance) ? std::sqrt(variance) : kSigmaPriorSd;
+    }
+  }
+
+  Mat2 linear_;
+  std::size_t n_channels_;
+  std::vector<Scatter> scatter_;
+};
+
+// Light of each element in one channel of a tile (intensity x response), by least squares.
+Eigen::Vector3d element_light(const ScreenTile& tile, std::size_t channel, const Columns& a) {
+  return a.householderQr().solve(weighted(tile.amplitude[channel]));
+}
+
+// Response of each channel to each clear element: with infrared, the light in R, G, B regressed on
+// the silver; without, the direction of each element's light is known and its size is not, so the
+// brightest tiles count as clear.
+Response fit_response(const std::vector<ScreenTile>& tiles, const BlurModel& model,
+                      const std::array<double, 4>& sigma_px, bool infrared) {
+  std::array<Columns, 4> columns;
+  for (std::size_t c = 0; c < 4; ++c)
+    columns[c] = model.columns(sigma_px[c] > 0 ? sigma_px[c] : kDefaultSigmaPx);
+  std::array<Eigen::Vector3d, 3> sum_xt;   // per element: sum of light (R, G, B) times silver
+  std::array<Eigen::Matrix3d, 3> scatter;  // per element: sum of light light^T
+  std::array<double, 3> sum_tt{};
+  std::array<std::vector<double>, 3> size;
+  for (std::size_t k = 0; k < 3; ++k) {
+    sum_xt[k].setZero();
+    scatter[k].setZero();
+  }
+  for (const ScreenTile& tile : tiles) {
+    if (!tile.used) continue;
+    Eigen::Matrix3d light;  // column c: the three elements in channel c
+    for (std::size_t c = 0; c < 3; ++c)
+      light.col(static_cast<Eigen::Index>(c)) = element_light(tile, c, columns[c]);
+    const Eigen::Vector3d silver =
+        infrared ? element_light(tile, 3, columns[3]) : Eigen::Vector3d::Zero();
+    const double weight = tile_weight(tile, infrared ? 3 : 1);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      const Eigen::Vector3d x = light.row(i).transpose();
+      sum_xt[k] += weight * silver(i) * x;
+      sum_tt[k] += weight * silver(i) * silver(i);
+      scatter[k] += weight * x * x.transpose();
+      size[k].push_back(x.norm());
+    }
+  }
+  Response response{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    Eigen::Vector3d p;
+    if (infrared) {
+      p = sum_xt[k] / std::max(sum_tt[k], 1e-30);
+    } else {
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter[k]);
+      p = eigen.eigenvectors().col(2);
+      if (p.sum() < 0) p = -p;
+      const auto high = size[k].begin() + static_cast<std::ptrdiff_t>(size[k].size() * 95 / 100);
+      std::nth_element(size[k].begin(), high, size[k].end());
+      p *= *high;
+    }
+    for (std::size_t c = 0; c < 3; ++c) response[k][c] = p(static_cast<Eigen::Index>(c));
+  }
+  return response;
+}
+
+// RGB alone cannot tell how clear the film is: the brightest answer of a clear element counts as
+// full scale.
+void scale_to_brightest(Response& response) {
+  double brightest = 0;
+  for (const auto& element : response) {
+    for (const double value : element) brightest = std::max(brightest, value);
+  }
+  if (!(brightest > 0)) return;
+  for (auto& element : response) {
+    for (double& value : element) value /= brightest;
+  }
+}
+
+}  // namespace
+
+Sharpness measure_sharpness(const LineSource& source, const Registration& registration,
+                            const ToneCurves& tone, const std::stop_token& stop) {
+  Sharpness result;
+  const bool infrared = source.format().plane_of(Channel::kInfrared) >= 0;
+  const std::size_t n_channels = infrared ? 4 : 3;
+  result.response = registration.response;
+  result.silver_from_rgb = registration.silver_from_rgb;
+  for (std::size_t c = 0; c < n_channels; ++c) {
+    result.report.sigma_px[c] = kDefaultSigmaPx;
+    result.report.sigma_sd_px[c] = 0.3;
+    result.report.origin[c] = "default";
+  }
+  if (!infrared) result.report.origin[3] = "absent";
+  result.report.red_width = kDufaycolorRedWidth;
+  result.report.green_length = kDufaycolorGreenLength;
+
+  const std::vector<ScreenTile> tiles = measure_tiles(source, registration, tone, stop);
+  if (stop.stop_requested()) return result;
+  if (std::none_of(tiles.begin(), tiles.end(), [](const ScreenTile& t) { return t.used; }))
+    return result;
+  const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
+                    registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
+  const SharpnessFit fit = SharpnessProblem(linear, tiles, n_channels).solve();
+  double pooled = 0, pooled_weight = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    pooled += fit.sigma[c] / (fit.sd[c] * fit.sd[c]);
+    pooled_weight += 1 / (fit.sd[c] * fit.sd[c]);
+  }
+  pooled /= pooled_weight;
+  for (std::size_t c = 0; c < n_channels; ++c) {
+    const bool own = fit.sd[c] < kMeasuredSdPx;
+    const bool others = 1 / std::sqrt(pooled_weight) < kMeasuredSdPx;
+    if (!own && !others) continue;
+    result.report.origin[c] = own ? "measured" : "pooled";
+    result.report.sigma_px[c] = own ? fit.sigma[c] : (c == 3 ? kInfraredSofter : 1.0) * pooled;
+    result.report.sigma_sd_px[c] = fit.sd[c];
+  }
+  result.report.red_width = fit.widths.red;
+  result.report.green_length = fit.widths.green;
+  const BlurModel model(linear, fit.widths);
+  result.response = fit_response(tiles, model, result.report.sigma_px, infrared);
+  if (!infrared) scale_to_brightest(result.response);
+  std::array<double, 3> weights{};
+  if (silver_weights(result.response, weights)) result.silver_from_rgb = weights;
+  if (infrared)
+    result.report.infrared_shift_px = infrared_shift(tiles, result.silver_from_rgb, registration);
+  return result;
+}
+
+}  // namespace reseau

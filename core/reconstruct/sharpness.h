@@ -1,0 +1,31 @@
+// How sharp this very scan is, read off the réseau: its pattern is known, so the ratio of measured
+// to ideal harmonics is the MTF at the lattice frequencies.
+#pragma once
+
+#include <array>
+#include <stop_token>
+
+#include "core/geometry/vec2.h"
+#include "core/line/line_source.h"
+#include "core/reconstruct/reconstruct.h"
+
+namespace reseau {
+
+struct Sharpness {
+  SharpnessReport report;
+  // Refined with the measured blur; per unit silver, [element][channel].
+  std::array<std::array<double, 3>, 3> response{};
+  std::array<double, 3> silver_from_rgb{};
+};
+
+// Looks at up to some 200 tiles of the frame, whatever its size. The harmonics of the réseau in raw
+// linear light determine one sigma per channel, infrared too (where the picture is coloured the
+// silver shows the pattern), and the printed widths, together; what the picture itself adds is
+// measured by the odd harmonics, which the pattern does not have, and subtracted. Weak priors (0.7
+// px, infrared a little softer, the widths of the micrograph) decide only what the data leave open;
+// the report says which channel was measured, pooled or left at the default.
+[[nodiscard]] Sharpness measure_sharpness(const LineSource& source,
+                                          const Registration& registration, const ToneCurves& tone,
+                                          const std::stop_token& stop);
+
+}  // namespace reseau

@@ -1,0 +1,473 @@
+#include "core/screen/lattice_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <vector>
+
+#include <Eigen/Dense>
+#include <unsupported/Eigen/FFT>
+
+#include "core/screen/screen_pattern.h"
+
+namespace reseau {
+namespace {
+
+using Complex = std::complex<float>;
+constexpr double kPi = std::numbers::pi;
+constexpr int kMaxTiles = 20;
+constexpr double kLowestFrequency = 0.045;  // periods up to 22 px
+
+struct Tile {
+  int x = 0, y = 0;
+  double light = 0;
+};
+
+// Power of the two colour signals of a tile: red against the others, green against blue. Both are
+// ratios to the silver, so that the picture itself drops out.
+struct Spectra {
+  int size = 0;
+  std::vector<float> red;         // |F(R' - (G' + B') / 2)|^2, [ky][kx]
+  std::vector<float> green_blue;  // |F(G' - B')|^2
+
+  [[nodiscard]] float at(const std::vector<float>& power, int kx, int ky) const {
+    const int mask = size - 1;
+    return power[static_cast<std::size_t>(ky & mask) * static_cast<std::size_t>(size) +
+                 static_cast<std::size_t>(kx & mask)];
+  }
+};
+
+std::vector<Tile> choose_tiles(const LinearRows& rows, int size) {
+  const int nx = std::max(1, (rows.width_px - size) / (size / 2) + 1);
+  const int ny = std::max(1, (rows.n - size) / (size / 2) + 1);
+  std::vector<Tile> tiles;
+  // At most a few hundred candidates however large the frame is.
+  const int step =
+      std::max(1, static_cast<int>(std::ceil(std::sqrt(nx * static_cast<double>(ny) / 400))));
+  for (int j = 0; j < ny; j += step) {
+    for (int i = 0; i < nx; i += step) {
+      Tile tile{std::min(i * size / 2, rows.width_px - size),
+                std::min(j * size / 2, rows.n - size)};
+      for (int y = 0; y < size; y += 8) {
+        const float* s = rows.row(3, tile.y + y) + tile.x;
+        for (int x = 0; x < size; x += 4) tile.light += std::min(static_cast<double>(s[x]), 0.3);
+      }
+      tiles.push_back(tile);
+    }
+  }
+  std::stable_sort(tiles.begin(), tiles.end(),
+                   [](const Tile& a, const Tile& b) { return a.light > b.light; });
+  // Bright ones first, but spread: a scene may be one saturated colour in one corner.
+  std::vector<Tile> chosen;
+  for (const double distance : {1.0, 0.5}) {
+    for (const Tile& tile : tiles) {
+      if (static_cast<int>(chosen.size()) >= kMaxTiles) break;
+      const bool near = std::any_of(chosen.begin(), chosen.end(), [&](const Tile& other) {
+        return std::abs(tile.x - other.x) < distance * size &&
+               std::abs(tile.y - other.y) < distance * size;
+      });
+      if (!near && tile.light > 0) chosen.push_back(tile);
+    }
+  }
+  return chosen;
+}
+
+// Linear samples over silver, relative to their mean in the tile, Hann-windowed; where the silver
+// is dark the ratio is only noise and is faded out.
+bool tile_signals(const LinearRows& rows, const Tile& tile, int size, std::vector<Complex>& out) {
+  double sum_s = 0, sum_ss = 0;
+  std::array<double, 3> sum_cs{};
+  for (int y = 0; y < size; ++y) {
+    const float* s = rows.row(3, tile.y + y) + tile.x;
+    for (int x = 0; x < size; ++x) {
+      sum_s += static_cast<double>(s[x]);
+      sum_ss += static_cast<double>(s[x]) * static_cast<double>(s[x]);
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float* value = rows.row(static_cast<int>(c), tile.y + y) + tile.x;
+      for (int x = 0; x < size; ++x)
+        sum_cs[c] += static_cast<double>(s[x]) * static_cast<double>(value[x]);
+    }
+  }
+  if (!(sum_s > 0)) return false;
+  const double mean_s = sum_s / (static_cast<double>(size) * size);
+  std::array<double, 3> ratio{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    ratio[c] = sum_cs[c] / sum_ss;
+    if (!(ratio[c] > 1e-4)) return false;
+  }
+  const auto dark = static_cast<float>(0.25 * mean_s);
+  out.resize(static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
+  double weight_sum = 0;
+  std::complex<double> mean = 0;
+  std::vector<float> weights(out.size());
+  for (int y = 0; y < size; ++y) {
+    const double wy = std::sin(kPi * (y + 0.5) / size);
+    const float* row[4];
+    for (int c = 0; c < 4; ++c) row[c] = rows.row(c, tile.y + y) + tile.x;
+    for (int x = 0; x < size; ++x) {
+      const double wx = std::sin(kPi * (x + 0.5) / size);
+      const float s = row[3][x];
+      const float inverse = s > 0 ? s / (s * s + dark * dark) : 0.0F;
+      const float r = row[0][x] * inverse / static_cast<float>(ratio[0]);
+      const float g = row[1][x] * inverse / static_cast<float>(ratio[1]);
+      const float b = row[2][x] * inverse / static_cast<float>(ratio[2]);
+      const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(size) +
+                             static_cast<std::size_t>(x);
+      weights[at] = static_cast<float>(wx * wx * wy * wy);
+      out[at] = {std::clamp(r - 0.5F * (g + b), -4.0F, 4.0F), std::clamp(g - b, -4.0F, 4.0F)};
+      mean += static_cast<double>(weights[at]) * std::complex<double>(out[at]);
+      weight_sum += static_cast<double>(weights[at]);
+    }
+  }
+  const Complex center(mean / weight_sum);
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = (out[i] - center) * weights[i];
+  return true;
+}
+
+void fft_2d(std::vector<Complex>& data, int size) {
+  Eigen::FFT<float> fft;
+  const auto n = static_cast<std::size_t>(size);
+  std::vector<Complex> in(n), out(n);
+  for (std::size_t y = 0; y < n; ++y) {
+    std::copy_n(data.begin() + static_cast<std::ptrdiff_t>(y * n), n, in.begin());
+    fft.fwd(out, in);
+    std::copy_n(out.begin(), n, data.begin() + static_cast<std::ptrdiff_t>(y * n));
+  }
+  for (std::size_t x = 0; x < n; ++x) {
+    for (std::size_t y = 0; y < n; ++y) in[y] = data[y * n + x];
+    fft.fwd(out, in);
+    for (std::size_t y = 0; y < n; ++y) data[y * n + x] = out[y];
+  }
+}
+
+float median(std::vector<float> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Two real signals ride in one complex transform; symmetry takes them apart.
+Spectra tile_spectra(std::vector<Complex>& signal, int size) {
+  fft_2d(signal, size);
+  Spectra spectra;
+  spectra.size = size;
+  spectra.red.resize(signal.size());
+  spectra.green_blue.resize(signal.size());
+  const int mask = size - 1;
+  for (int ky = 0; ky < size; ++ky) {
+    for (int kx = 0; kx < size; ++kx) {
+      const auto n = static_cast<std::size_t>(size);
+      const Complex plus = signal[static_cast<std::size_t>(ky) * n + static_cast<std::size_t>(kx)];
+      const Complex minus = std::conj(
+          signal[static_cast<std::size_t>(-ky & mask) * n + static_cast<std::size_t>(-kx & mask)]);
+      const std::size_t at = static_cast<std::size_t>(ky) * n + static_cast<std::size_t>(kx);
+      spectra.red[at] = std::norm(0.5F * (plus + minus));
+      spectra.green_blue[at] = std::norm(0.5F * (plus - minus));
+    }
+  }
+  // Each signal in units of its own noise floor, so that no tile shouts down the others.
+  for (auto* power : {&spectra.red, &spectra.green_blue}) {
+    const float floor = std::max(median(*power), 1e-20F);
+    for (float& value : *power) value /= floor;
+  }
+  return spectra;
+}
+
+struct Peak {
+  Vec2 frequency;
+  double red = 0, green_blue = 0;
+  [[nodiscard]] double power() const { return red + green_blue; }
+};
+
+// Local maxima of the sum spectrum in the upper half-plane, strongest first.
+std::vector<Peak> find_peaks(const Spectra& s, std::size_t n_peaks) {
+  std::vector<Peak> peaks;
+  const int half = s.size / 2;
+  const auto sum = [&](int kx, int ky) { return s.at(s.red, kx, ky) + s.at(s.green_blue, kx, ky); };
+  for (int ky = 0; ky <= half; ++ky) {
+    for (int kx = -half; kx < half; ++kx) {
+      if (ky == 0 && kx <= 0) continue;
+      const double f = std::hypot(kx, ky) / s.size;
+      if (f < kLowestFrequency) continue;
+      const float value = sum(kx, ky);
+      if (value < 6) continue;
+      bool is_peak = true;
+      for (int j = -2; j <= 2 && is_peak; ++j) {
+        for (int i = -2; i <= 2 && is_peak; ++i) {
+          if ((i != 0 || j != 0) && sum(kx + i, ky + j) > value) is_peak = false;
+        }
+      }
+      if (!is_peak) continue;
+      // The Hann window spreads a line over three bins: power-weighted centre, summed power.
+      Peak peak;
+      double weight = 0, cx = 0, cy = 0;
+      for (int j = -2; j <= 2; ++j) {
+        for (int i = -2; i <= 2; ++i) {
+          const auto p = static_cast<double>(sum(kx + i, ky + j));
+          weight += p;
+          cx += p * i;
+          cy += p * j;
+          peak.red += static_cast<double>(s.at(s.red, kx + i, ky + j));
+          peak.green_blue += static_cast<double>(s.at(s.green_blue, kx + i, ky + j));
+        }
+      }
+      peak.frequency = {(kx + cx / weight) / s.size, (ky + cy / weight) / s.size};
+      peaks.push_back(peak);
+    }
+  }
+  std::stable_sort(peaks.begin(), peaks.end(),
+                   [](const Peak& a, const Peak& b) { return a.power() > b.power(); });
+  if (peaks.size() > n_peaks) peaks.resize(n_peaks);
+  return peaks;
+}
+
+Carriers right_handed(Vec2 u, Vec2 v) {
+  return cross(u, v) < 0 ? Carriers{u, -1.0 * v} : Carriers{u, v};
+}
+
+bool plausible_geometry(Vec2 u, Vec2 v) {
+  const double ratio = norm(u) / norm(v);
+  const double sine = std::abs(cross(u, v)) / (norm(u) * norm(v));
+  return ratio > 0.75 && ratio < 1.34 && sine > 0.95;
+}
+
+// Windowed sum of the moments of a tile under given carriers, phases absolute in the frame.
+Moments tile_moments(const LinearRows& rows, const Tile& tile, int size, const Carriers& carriers) {
+  // A tile is a small frame of its own: carriers keep their phase by starting at its corner.
+  LinearRows cut;
+  cut.first = 0;
+  cut.n = size;
+  cut.width_px = size;
+  for (std::size_t c = 0; c < 4; ++c) {
+    cut.plane[c].resize(static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
+    for (int y = 0; y < size; ++y) {
+      std::copy_n(rows.row(static_cast<int>(c), tile.y + y) + tile.x, size,
+                  cut.plane[c].begin() + static_cast<std::ptrdiff_t>(y) * size);
+    }
+  }
+  CellGrid grid(size, size, carriers);
+  grid.accumulate(cut);
+  Moments sum;
+  for (int j = 0; j < grid.n_rows(); ++j) {
+    for (int i = 0; i < grid.n_columns(); ++i) add_rephased(sum, grid.cell(i, j), {0, 0}, 1);
+  }
+  return sum;
+}
+
+// Turns a series so that it stands in screen coordinates: finds the origin that makes the red line
+// lie at v = 0.5 and green at u = 0, by what RGB says. Returns false when the colours contradict a
+// Dufaycolor réseau.
+bool orient_series(ColorSeries& series, Vec2& screen_of_origin, std::string& why) {
+  std::array<double, 3> scale{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!(series.mean[c] > 0)) {
+      why = "a channel is empty";
+      return false;
+    }
+    scale[c] = 1 / series.mean[c];
+  }
+  const auto signature_red = [&](int h) {
+    const auto i = static_cast<std::size_t>(h);
+    return series.harmonic[0][i] * scale[0] -
+           0.5 * (series.harmonic[1][i] * scale[1] + series.harmonic[2][i] * scale[2]);
+  };
+  const auto signature_green = [&](int h) {
+    const auto i = static_cast<std::size_t>(h);
+    return series.harmonic[1][i] * scale[1] - series.harmonic[2][i] * scale[2];
+  };
+  const auto red_v = signature_red(1);
+  const auto green_u = signature_green(0);
+  // Red lines at v = 0.5: their fundamental is negative there; green at u = 0: positive.
+  const double v0 = (std::arg(red_v) - kPi) / (2 * kPi);
+  const double u0 = std::arg(green_u) / (2 * kPi);
+  screen_of_origin = {u0, v0};
+  for (auto& channel : series.harmonic) {
+    for (std::size_t i = 0; i < kSeries; ++i) {
+      channel[i] *= std::polar(1.0, -2 * kPi * (kDifferences[i].u * u0 + kDifferences[i].v * v0));
+    }
+  }
+  // Along v red must oppose green and blue together; along u green must oppose blue.
+  const double r = series.harmonic[0][1].real() * scale[0];
+  const double gb =
+      0.5 * (series.harmonic[1][1].real() * scale[1] + series.harmonic[2][1].real() * scale[2]);
+  const double g = series.harmonic[1][0].real() * scale[1];
+  const double b = series.harmonic[2][0].real() * scale[2];
+  const double across = std::abs(r) + std::abs(gb), along = std::abs(g) + std::abs(b);
+  if (!(r < 0.15 * across) || !(gb > -0.15 * across) || !(g > -0.15 * along) ||
+      !(b < 0.15 * along)) {
+    why = "the periodic pattern does not have the colours of red lines with green and blue between";
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Response response_from_series(const ColorSeries& series, const Carriers& carriers,
+                              double sigma_px) {
+  const ScreenPattern& pattern = ScreenPattern::dufaycolor();
+  const auto otf = [&](int h, int k) {
+    const Vec2 f = static_cast<double>(h) * carriers.u + static_cast<double>(k) * carriers.v;
+    return std::exp(-2 * kPi * kPi * sigma_px * sigma_px * dot(f, f));
+  };
+  // Unknown: response of the three elements; known: mean and the two fundamentals and sidebands.
+  Eigen::Matrix<double, 5, 3> a;
+  for (int k = 0; k < 3; ++k) {
+    a(0, k) = pattern.area(k);
+    for (int i = 0; i < kSeries; ++i) {
+      const HarmonicIndex h = kDifferences[static_cast<std::size_t>(i)];
+      a(i + 1, k) = pattern.fourier(k, h.u, h.v).real() * otf(h.u, h.v);
+    }
+  }
+  Response response{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    Eigen::Matrix<double, 5, 1> y;
+    y(0) = series.mean[c];
+    for (int i = 0; i < kSeries; ++i)
+      y(i + 1) = series.harmonic[c][static_cast<std::size_t>(i)].real();
+    const Eigen::Vector3d p = a.colPivHouseholderQr().solve(y);
+    for (int k = 0; k < 3; ++k) response[static_cast<std::size_t>(k)][c] = p(k);
+  }
+  return response;
+}
+
+bool silver_weights(const Response& response, std::array<double, 3>& weights) {
+  Eigen::Matrix3d p;  // rows: elements
+  for (int k = 0; k < 3; ++k) {
+    for (int c = 0; c < 3; ++c)
+      p(k, c) = response[static_cast<std::size_t>(k)][static_cast<std::size_t>(c)];
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(p);
+  if (!p.allFinite() || !(svd.singularValues()(2) > 0.02 * svd.singularValues()(0))) return false;
+  const Eigen::Vector3d w = p.colPivHouseholderQr().solve(Eigen::Vector3d::Ones());
+  if (!w.allFinite()) return false;
+  for (int c = 0; c < 3; ++c) weights[static_cast<std::size_t>(c)] = w(c);
+  return true;
+}
+
+LatticeSearch find_lattice(const LinearRows& rows) {
+  LatticeSearch result;
+  int size = 256;
+  while (size > 64 && (size > rows.width_px || size > rows.n)) size /= 2;
+  if (size > rows.width_px || size > rows.n) {
+    result.reason = "The picture is too small: a réseau can be found from 64 x 64 pixels upwards.";
+    return result;
+  }
+  const std::vector<Tile> tiles = choose_tiles(rows, size);
+  Spectra total;
+  total.size = size;
+  total.red.resize(static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
+  total.green_blue.resize(total.red.size());
+  std::vector<Tile> used;
+  std::vector<Spectra> spectra;
+  std::vector<Complex> signal;
+  for (const Tile& tile : tiles) {
+    if (!tile_signals(rows, tile, size, signal)) continue;
+    spectra.push_back(tile_spectra(signal, size));
+    used.push_back(tile);
+    for (std::size_t i = 0; i < total.red.size(); ++i) {
+      total.red[i] += std::min(spectra.back().red[i], 3000.0F);
+      total.green_blue[i] += std::min(spectra.back().green_blue[i], 3000.0F);
+    }
+  }
+  if (used.empty()) {
+    result.reason =
+        "The picture is black or clipped everywhere: there is no light to see a réseau by.";
+    return result;
+  }
+  for (auto* power : {&total.red, &total.green_blue}) {
+    const float floor = std::max(median(*power), 1e-20F);
+    for (float& value : *power) value /= floor;
+  }
+  const std::vector<Peak> peaks = find_peaks(total, 16);
+  // Ordered pairs: u must alternate green and blue, v must carry the red lines.
+  struct Candidate {
+    Carriers carriers;
+    double score;
+  };
+  std::vector<Candidate> candidates;
+  for (const Peak& a : peaks) {
+    for (const Peak& b : peaks) {
+      if (&a == &b || !plausible_geometry(a.frequency, b.frequency)) continue;
+      const double score =
+          std::sqrt(std::max(a.green_blue - 25, 0.0)) * std::sqrt(std::max(b.red - 25, 0.0));
+      if (score > 0) candidates.push_back({right_handed(a.frequency, b.frequency), score});
+    }
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  if (candidates.size() > 6) candidates.resize(6);
+  result.reason = "No réseau was found: no colour pattern repeats in two directions.";
+  double best_score = 0;
+  for (const Candidate& candidate : candidates) {
+    for (std::size_t t = 0; t < used.size(); ++t) {
+      // The frequencies of this very tile, near those of the whole.
+      const auto refine = [&](Vec2 f, const std::vector<float>& power) {
+        const int kx = static_cast<int>(std::lround(f.x * size)),
+                  ky = static_cast<int>(std::lround(f.y * size));
+        int best_x = kx, best_y = ky;
+        for (int j = -2; j <= 2; ++j) {
+          for (int i = -2; i <= 2; ++i) {
+            if (spectra[t].at(power, kx + i, ky + j) > spectra[t].at(power, best_x, best_y)) {
+              best_x = kx + i;
+              best_y = ky + j;
+            }
+          }
+        }
+        // Hann: amplitude ratio of neighbours gives the offset (2 r - 1) / (1 + r).
+        const auto offset = [&](int dx, int dy) {
+          const double center =
+              std::sqrt(static_cast<double>(spectra[t].at(power, best_x, best_y)));
+          const double before =
+              std::sqrt(static_cast<double>(spectra[t].at(power, best_x - dx, best_y - dy)));
+          const double after =
+              std::sqrt(static_cast<double>(spectra[t].at(power, best_x + dx, best_y + dy)));
+          const double r = std::max(before, after) / std::max(center, 1e-12);
+          const double shift = std::clamp((2 * r - 1) / (1 + r), 0.0, 0.6);
+          return after > before ? shift : -shift;
+        };
+        return Vec2{(best_x + offset(1, 0)) / size, (best_y + offset(0, 1)) / size};
+      };
+      const Carriers carriers{refine(candidate.carriers.u, spectra[t].green_blue),
+                              refine(candidate.carriers.v, spectra[t].red)};
+      if (!plausible_geometry(carriers.u, carriers.v)) continue;
+      const int inner = size / 2;
+      const Tile core{used[t].x + size / 4, used[t].y + size / 4};
+      const Moments moments = tile_moments(rows, core, inner, carriers);
+      LatticeSeed seed;
+      Vec2 origin;
+      std::string why;
+      if (!fit_series(moments, seed.series)) continue;
+      if (!orient_series(seed.series, origin, why)) {
+        if (best_score == 0) result.reason = "No réseau was found: " + why + ".";
+        continue;
+      }
+      // How far the pattern stands above what it leaves unexplained.
+      double explained = 0, unexplained = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        double energy = 0;
+        for (std::size_t i = 0; i < 2; ++i) energy += 2 * std::norm(seed.series.harmonic[c][i]);
+        explained += energy * moments.n0 / std::max(moments.q[c], 1e-30);
+        unexplained += 1;
+      }
+      const double score = -std::expm1(-candidate.score / 100) * explained / unexplained;
+      if (score > best_score) {
+        best_score = score;
+        const double mid = (inner - 1) / 2.0;
+        seed.carriers = carriers;
+        seed.center_px = {core.x + mid, rows.first + core.y + mid};
+        seed.screen_at_center =
+            Vec2{dot(carriers.u, {mid, mid}), dot(carriers.v, {mid, mid})} + origin;
+        seed.confidence = 1 - std::exp(-candidate.score / 100);
+        result.seed = seed;
+        result.found = true;
+      }
+    }
+  }
+  if (result.found) result.reason.clear();
+  return result;
+}
+
+}  // namespace reseau

@@ -1,0 +1,40 @@
+// Finds a Dufaycolor réseau without any prior: two lattice frequencies, which of them is the red
+// line, and the phase at one place, from the spectra of a few tiles.
+#pragma once
+
+#include <string>
+
+#include "core/screen/cell_moments.h"
+#include "core/screen/linear_rows.h"
+#include "core/screen/window_fit.h"
+
+namespace reseau {
+
+struct LatticeSeed {
+  Carriers carriers;      // right-handed: cross(u, v) > 0
+  Vec2 center_px;         // of the tile that shows the pattern best
+  Vec2 screen_at_center;  // screen coordinates there
+  ColorSeries series;     // of that tile, in screen coordinates
+  double confidence = 0;  // 0..1
+};
+
+struct LatticeSearch {
+  bool found = false;
+  std::string reason;  // why not, a sentence
+  LatticeSeed seed;
+};
+
+// Looks for periods from about 2.6 to 20 px at any angle in a block of rows (whole frames too: only
+// some tiles are looked at). Deterministic. The block should have at least 64 x 64 px.
+[[nodiscard]] LatticeSearch find_lattice(const LinearRows& rows);
+
+// Response of the scanner to each clear element per unit silver, [element][channel], from a series
+// whose blur is a Gaussian of sigma_px (isotropic) under the given carriers.
+using Response = std::array<std::array<double, 3>, 3>;
+[[nodiscard]] Response response_from_series(const ColorSeries& series, const Carriers& carriers,
+                                            double sigma_px);
+// Weights w with w . response[k] equal for the three elements, mean 1: linear RGB to silver
+// (Barker et al. 2022). False when the response is too close to singular.
+[[nodiscard]] bool silver_weights(const Response& response, std::array<double, 3>& weights);
+
+}  // namespace reseau

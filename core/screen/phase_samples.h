@@ -1,0 +1,40 @@
+// Measurements of where the réseau lies: one per window of cells.
+#pragma once
+
+#include <vector>
+
+#include "core/screen/cell_moments.h"
+#include "core/screen/screen_map.h"
+#include "core/screen/window_fit.h"
+
+namespace reseau {
+
+struct PhaseSample {
+  Vec2 p_in_scan;
+  Vec2 s_in_screen;               // unwrapped
+  double info_u = 0, info_v = 0;  // inverse variances [1/periods^2], each with the other unknown
+  double modulation = 0;
+};
+
+struct WindowShape {
+  int stride_cells = 2;
+  double sigma_cells = 1.0;
+};
+
+// Follows the réseau from the seed outwards, window by window, surest first. The result is
+// connected, so that no sample is off by a whole period.
+[[nodiscard]] std::vector<PhaseSample> grow_samples(const CellGrid& cells, Vec2 seed_px,
+                                                    Vec2 screen_at_seed, const ColorSeries& series,
+                                                    const WindowShape& shape);
+
+// Measures every window against a map that is right to a fraction of a period.
+[[nodiscard]] std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap& map,
+                                                       const ColorSeries& series,
+                                                       const WindowShape& shape);
+
+// Series over all cells under a map, cells with even silver counting more (`flatness`: relative
+// harmonic energy of the silver at which the weight has fallen to 1/e; 0 = all alike).
+[[nodiscard]] bool pooled_series(const CellGrid& cells, const ScreenMap& map, double flatness,
+                                 ColorSeries& series);
+
+}  // namespace reseau
