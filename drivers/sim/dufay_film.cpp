@@ -25,22 +25,20 @@ class EdgeRamp {
   }
   // Mean of (s > 0) over a cell with s = d at its centre.
   [[nodiscard]] float operator()(float d) const {
-    d = d > -outer_ ? d : -outer_;
-    d = d < outer_ ? d : outer_;
+    // Clamping by absolute values: compilers turn it into vector code, comparisons not.
+    d = 0.5F * (std::abs(d + outer_) - std::abs(d - outer_));
     return gain_ * (square(d + outer_) - square(d + inner_) - square(d - inner_));
   }
 
  private:
-  static float square(float t) {
-    t = t > 0.0F ? t : 0.0F;
-    return t * t;
-  }
+  // Of the positive part.
+  static float square(float t) { return 0.5F * t * (t + std::abs(t)); }
   float outer_, inner_, gain_;
 };
 
 float from_nearest_integer(float t) {  // t > 0
   const auto k = static_cast<float>(static_cast<int>(t + 0.5F));
-  return t > k ? t - k : k - t;
+  return std::abs(t - k);
 }
 
 // Silver at pixels first - 1 … first + n, so that cells between pixels can be interpolated.
@@ -60,6 +58,54 @@ void fill(CellRow& out, float value) {
     for (int s = 0; s < out.per_px(); ++s) std::fill_n(out.phase(c, s), out.n_px(), value);
   }
 }
+
+// One block of cells a pixel apart: silver at the pixels left of them, and where they lie.
+struct BlockIn {
+  const float *silver_r, *silver_g, *silver_b;
+  float right_weight;  // of the pixel to the right, in interpolating the silver
+  float u, u_step, v, v_step;
+};
+
+// From places on the screen to transmittances.
+class CellPattern {
+ public:
+  CellPattern(const DufayScreen& screen, const ElementResponse& response, double cell_px)
+      : ramp_u_(screen.gradient().u_x * cell_px, screen.gradient().u_y * cell_px),
+        ramp_v_(screen.gradient().v_x * cell_px, screen.gradient().v_y * cell_px),
+        red_begins_(static_cast<float>(0.5 - screen.spec().red_fraction / 2)),
+        green_ends_(static_cast<float>(screen.spec().green_fraction / 2)) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t c = 0; c < 3; ++c) p_[k][c] = static_cast<float>(response[k][c]);
+    }
+  }
+
+  // kBlockPx cells; the outputs overlap nothing.
+  void render(const BlockIn& in, float* __restrict out_r, float* __restrict out_g,
+              float* __restrict out_b, float* __restrict out_i) const {
+    for (int i = 0; i < kBlockPx; ++i) {
+      const auto fi = static_cast<float>(i);
+      const float red = ramp_v_(from_nearest_integer(in.v + fi * in.v_step) - red_begins_);
+      const float in_green = ramp_u_(green_ends_ - from_nearest_integer(in.u + fi * in.u_step));
+      const float green = (1.0F - red) * in_green;
+      const float blue = 1.0F - red - green;
+      const float r = red * between(in.silver_r, i, in.right_weight);
+      const float g = green * between(in.silver_g, i, in.right_weight);
+      const float b = blue * between(in.silver_b, i, in.right_weight);
+      out_r[i] = r * p_[0][0] + g * p_[1][0] + b * p_[2][0];
+      out_g[i] = r * p_[0][1] + g * p_[1][1] + b * p_[2][1];
+      out_b[i] = r * p_[0][2] + g * p_[1][2] + b * p_[2][2];
+      out_i[i] = r + g + b;
+    }
+  }
+
+ private:
+  static float between(const float* silver, int i, float right_weight) {
+    return silver[i] + right_weight * (silver[i + 1] - silver[i]);
+  }
+  EdgeRamp ramp_u_, ramp_v_;
+  float red_begins_, green_ends_;
+  float p_[3][3];
+};
 
 }  // namespace
 
@@ -95,15 +141,7 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
   silver.read(strip_, y, first_px, n_px);
 
   const double cell = 1.0 / per_px;
-  const ScreenGradient& g = screen_.gradient();
-  const EdgeRamp ramp_u(g.u_x * cell, g.u_y * cell), ramp_v(g.v_x * cell, g.v_y * cell);
-  const auto red_begins = static_cast<float>(0.5 - screen_.spec().red_fraction / 2);
-  const auto green_ends = static_cast<float>(screen_.spec().green_fraction / 2);
-  float p[3][3];
-  for (std::size_t k = 0; k < 3; ++k) {
-    for (std::size_t c = 0; c < 3; ++c) p[k][c] = static_cast<float>(response_[k][c]);
-  }
-
+  const CellPattern pattern(screen_, response_, cell);
   ScreenPoint from = screen_from_scan(first_px, y);
   for (int block = 0; block < n_px; block += kBlockPx) {
     const ScreenPoint to = screen_from_scan(first_px + block + kBlockPx, y);
@@ -111,7 +149,6 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
     // precision and a few are added so that every value stays positive.
     const double base_u = from.u - std::floor(from.u) + 8, step_u = (to.u - from.u) / kBlockPx;
     const double base_v = from.v - std::floor(from.v) + 8, step_v = (to.v - from.v) / kBlockPx;
-    const auto du = static_cast<float>(step_u), dv = static_cast<float>(step_v);
     for (int s = 0; s < per_px; ++s) {
       const double offset = (s + 0.5) * cell - 0.5;
       const auto u0 = static_cast<float>(base_u + step_u * offset);
@@ -119,27 +156,16 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
       // Silver at pixel i + offset lies between two of its neighbours.
       const int left = offset < 0 ? block : block + 1;
       const auto right_weight = static_cast<float>(offset < 0 ? 1 + offset : offset);
-      const float* tr = silver.r.data() + left;
-      const float* tg = silver.g.data() + left;
-      const float* tb = silver.b.data() + left;
-      float* out_r = out.phase(0, s) + block;
-      float* out_g = out.phase(1, s) + block;
-      float* out_b = out.phase(2, s) + block;
-      float* out_i = out.phase(3, s) + block;
-      for (int i = 0; i < kBlockPx; ++i) {
-        const auto fi = static_cast<float>(i);
-        const float red = ramp_v(from_nearest_integer(v0 + fi * dv) - red_begins);
-        const float in_green = ramp_u(green_ends - from_nearest_integer(u0 + fi * du));
-        const float green = (1.0F - red) * in_green;
-        const float blue = 1.0F - red - green;
-        const float r = red * (tr[i] + right_weight * (tr[i + 1] - tr[i]));
-        const float gr = green * (tg[i] + right_weight * (tg[i + 1] - tg[i]));
-        const float b = blue * (tb[i] + right_weight * (tb[i + 1] - tb[i]));
-        out_r[i] = r * p[0][0] + gr * p[1][0] + b * p[2][0];
-        out_g[i] = r * p[0][1] + gr * p[1][1] + b * p[2][1];
-        out_b[i] = r * p[0][2] + gr * p[1][2] + b * p[2][2];
-        out_i[i] = r + gr + b;
-      }
+      const BlockIn in{silver.r.data() + left,
+                       silver.g.data() + left,
+                       silver.b.data() + left,
+                       right_weight,
+                       u0,
+                       static_cast<float>(step_u),
+                       v0,
+                       static_cast<float>(step_v)};
+      pattern.render(in, out.phase(0, s) + block, out.phase(1, s) + block, out.phase(2, s) + block,
+                     out.phase(3, s) + block);
     }
     from = to;
   }

@@ -85,6 +85,10 @@ void Unit::abort_all() {
   end_scan();
 }
 
+void Unit::attend(const Sense& attention) {
+  if (attentions_.size() < kMaxAttentions) attentions_.push_back(attention);
+}
+
 CommandReply Unit::command(ByteView cdb) {
   CHECK(cdb.size() == 6 || cdb.size() == 10);
   const std::uint8_t opcode = cdb[0];
@@ -231,7 +235,7 @@ Sense Unit::poll() {
 }
 
 Sense Unit::poll_start_up() {
-  if (--start_up_polls_ == 0) attentions_.push_back(kPowerOn);
+  if (--start_up_polls_ == 0) attend(kPowerOn);
   return kNotInitialised;
 }
 

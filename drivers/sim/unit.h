@@ -67,6 +67,7 @@ class Unit {
   [[nodiscard]] Sense mode_select_data(ByteView data);
   [[nodiscard]] CommandReply get_window(ByteView cdb) const;
   void abort_all();
+  void attend(const Sense& attention);
   void power_on();
 
   // unit_operations.cpp

@@ -100,7 +100,7 @@ void Unit::finish_operation(std::uint8_t code) {
   switch (code) {
     case kOpInitialise:
       power_on();
-      attentions_.push_back(kPowerOn);
+      attend(kPowerOn);
       break;
     case kOpAutofocus:
       if (spec_.unit.focus_fails) {
@@ -127,8 +127,8 @@ void Unit::insert_film() {
   adapter_.counted_frames = 0;
   frames_ = FrameTable(adapter_.capacity());
   focus_ = kFocusAfterLoading;
-  attentions_.push_back(kMediumChanged);
-  attentions_.push_back(kInquiryChanged);
+  attend(kMediumChanged);
+  attend(kInquiryChanged);
 }
 
 }  // namespace reseau::sim

@@ -173,7 +173,7 @@ CommandReply Unit::read_image(std::size_t length) {
     adapter_.counted_frames = std::min(spec_.film.frame.n_frames, adapter_.capacity());
     frames_.index(stream_->layout().n_lines,
                   static_cast<std::uint32_t>(spec_.film.frame.n_frames) * kFrameHeightPx);
-    attentions_.push_back(kInquiryChanged);
+    attend(kInquiryChanged);
   }
   end_scan();
   return reply;

@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numeric>
+#include <sstream>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -268,6 +271,26 @@ TEST(SimSpec, RefusesWhatItDoesNotKnowAndSaysWhatItDoes) {
   EXPECT_EQ(spec.optics.blur_px[1], 0.5);
   EXPECT_EQ(spec.optics.blur_px[3], 0.7);
   EXPECT_EQ(spec.film.seed, 12U);
+}
+
+TEST(SimSpec, TheReadmeNamesEverySettingWithItsRange) {
+  std::ifstream file(std::string(RESEAU_SIM_DIR) + "/README.md");
+  std::stringstream readme;
+  readme << file.rdbuf();
+  std::istringstream help(sim_key_help());
+  int n = 0;
+  for (std::string line; std::getline(help, line); ++n) {
+    const std::size_t equals = line.find('='), gap = line.find("  ", equals);
+    const std::string key = line.substr(2, equals - 2);
+    const std::string meaning = line.substr(gap + 2);
+    std::string range = line.substr(equals + 1, gap - equals - 1);
+    for (std::size_t at = 0; (at = range.find('|', at)) != std::string::npos;) {
+      range.replace(at, 1, ", ");
+    }
+    const std::string row = "| `" + key + "` | " + range + " | " + meaning + " |";
+    EXPECT_NE(readme.str().find(row), std::string::npos) << row;
+  }
+  EXPECT_GT(n, 30);
 }
 
 TEST(Chart, PatchesOfAFullFrameHoldMoreThanFourteenElementsEachWay) {
