@@ -266,7 +266,7 @@ MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height
       // The stiffest choice that is not clearly worse than the best.
       const double best = *std::min_element(loss.begin(), loss.end());
       for (std::size_t k = 0; k < choices.size(); ++k) {
-        if (loss[k] <= best * 1.01 + 1e-12) {
+        if (loss[k] <= best * 1.03 + 1e-12) {
           smoothing = choices[k];
           break;
         }

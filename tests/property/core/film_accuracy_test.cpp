@@ -1,0 +1,118 @@
+// Registration and colour against the truth of the simulated film, which shares no code with what
+// is measured: two scenes, three angles, two blurs, and the things that real film does.
+#include <string>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "core/line/memory_line_source.h"
+#include "core/reconstruct/reconstruct.h"
+#include "drivers/sim/simulate.h"
+#include "tests/support/picture.h"
+
+namespace reseau {
+namespace {
+
+struct Measured {
+  double registration_px = 0, delta_e_mean = 0, delta_e_max = 0;
+  int n_patches = 0;
+};
+
+Measured measure(const std::string& query) {
+  const sim::SimSpec spec = sim::parse_sim_spec("ls5000?width_px=800&height_px=800&" + query);
+  const sim::SimulatedScan scan = sim::simulate_frame(spec);
+  const MemoryLineSource source(scan.format, scan.samples);
+  const Registration registration = register_screen(source, {}, {}, {});
+  EXPECT_TRUE(registration.found) << registration.reason;
+  if (!registration.found) return {};
+  Measured result;
+  const sim::FilmTruth& truth = scan.truth;
+  result.registration_px = test::map_error_px(
+      registration.map,
+      [&](double x, double y) {
+        const auto s = truth.screen_from_scan(x, y);
+        return std::array<double, 2>{s.u, s.v};
+      },
+      scan.format.width_px, scan.format.n_lines);
+  ReconstructOptions options;
+  options.white_level = spec.sensor.clear_level;
+  test::MemorySink sink;
+  (void)reconstruct(source, registration, options, sink, {}, {});
+  EXPECT_TRUE(sink.ended);
+  // Squares of 12 x 12 elements or more whose true scene is flat to 1 %; for the chart its patches.
+  constexpr int kSide = 100, kStep = 40;
+  double sum = 0;
+  for (int y = 20; y + kSide < 780; y += kStep) {
+    for (int x = 20; x + kSide < 780; x += kStep) {
+      const auto middle = truth.process_rgb(x + kSide / 2.0, y + kSide / 2.0);
+      std::array<double, 3> mean{};
+      bool flat = true;
+      int n = 0;
+      for (int b = 0; b <= kSide; b += 5) {
+        for (int a = 0; a <= kSide; a += 5, ++n) {
+          const auto value = truth.process_rgb(x + a, y + b);
+          for (std::size_t c = 0; c < 3; ++c) {
+            mean[c] += value[c];
+            flat = flat && std::abs(value[c] - middle[c]) < 0.1;
+          }
+        }
+      }
+      if (!flat) continue;
+      for (double& value : mean) value /= n;
+      const double e = test::process_delta_e(sink.mean(x, y, x + kSide, y + kSide), mean);
+      sum += e;
+      result.delta_e_max = std::max(result.delta_e_max, e);
+      ++result.n_patches;
+    }
+  }
+  result.delta_e_mean = sum / std::max(result.n_patches, 1);
+  fmt::print("{}: registration {:.4f} px rms, patches dE00 {:.3f} mean {:.3f} max of {}\n", query,
+             result.registration_px, result.delta_e_mean, result.delta_e_max, result.n_patches);
+  return result;
+}
+
+class FilmAccuracy : public testing::TestWithParam<std::string> {};
+
+// The product promises 0.10 px and a mean of 4; these bounds are what it reaches, with room for
+// other compilers, so that a step back is seen.
+TEST_P(FilmAccuracy, RegistersAndGivesTheColoursOfTheScene) {
+  const Measured m = measure(GetParam());
+  EXPECT_LT(m.registration_px, 0.05);
+  EXPECT_GE(m.n_patches, 5);
+  EXPECT_LT(m.delta_e_mean, 1.0);
+  EXPECT_LT(m.delta_e_max, 3.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(ScenesAnglesBlurs, FilmAccuracy,
+                         testing::Values("scene=chart&angle=23&blur_px=0.6",
+                                         "scene=chart&angle=67&blur_px=0.6",
+                                         "scene=chart&angle=-35&blur_px=0.6",
+                                         "scene=chart&angle=23&blur_px=1.2&ir_blur_px=1.3",
+                                         "scene=chart&angle=67&blur_px=1.2&ir_blur_px=1.3",
+                                         "scene=chart&angle=-35&blur_px=1.2&ir_blur_px=1.3",
+                                         "scene=natural&angle=23&blur_px=0.6",
+                                         "scene=natural&angle=67&blur_px=0.6",
+                                         "scene=natural&angle=-35&blur_px=0.6",
+                                         "scene=natural&angle=23&blur_px=1.2&ir_blur_px=1.3",
+                                         "scene=natural&angle=67&blur_px=1.2&ir_blur_px=1.3",
+                                         "scene=natural&angle=-35&blur_px=1.2&ir_blur_px=1.3"));
+INSTANTIATE_TEST_SUITE_P(RealFilm, FilmAccuracy,
+                         testing::Values("scene=chart&angle=23&mirrored=1&bend_px=4",
+                                         "scene=natural&angle=5&bend_px=5&noise=0.006",
+                                         "scene=chart&angle=23&fade=0.6",
+                                         "scene=chart&angle=23&period_um=25"));
+
+TEST(FilmRegistration, PlainSilverAndEmptyGateHaveNoScreen) {
+  for (const std::string film : {"none", "empty"}) {
+    const sim::SimulatedScan scan =
+        sim::simulate_frame(sim::parse_sim_spec("ls5000?width_px=500&height_px=700&film=" + film));
+    const MemoryLineSource source(scan.format, scan.samples);
+    const Registration registration = register_screen(source, {}, {}, {});
+    EXPECT_FALSE(registration.found) << film << " confidence " << registration.confidence;
+    EXPECT_FALSE(registration.reason.empty());
+    EXPECT_EQ(registration.screen, "none");
+  }
+}
+
+}  // namespace
+}  // namespace reseau
