@@ -74,11 +74,9 @@ void summarize(const ScanRecord& record, Reporter& reporter) {
   std::string times =
       fmt::format("Time      {:.1f} s to prepare, {:.1f} s to scan",
                   seconds(record.outcome.preparing), seconds(record.outcome.scanning));
-  if (record.development && record.development->report) {
-    times += fmt::format(", {:.1f} s of it or after it to reconstruct",
-                         record.development->registration.seconds +
-                             record.development->report->seconds_sharpness +
-                             record.development->report->seconds_render);
+  if (record.outcome.end == ScanEnd::kComplete && record.development &&
+      record.development->written) {
+    times += fmt::format(", {:.1f} s more to the picture", seconds(record.outcome.finishing));
   }
   reporter.say(times);
 }

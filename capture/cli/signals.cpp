@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <system_error>
@@ -45,6 +46,9 @@ SignalWatcher::~SignalWatcher() {
 }
 
 void SignalWatcher::watch() noexcept {
+  constexpr std::chrono::milliseconds kEcho{100};
+  std::uint32_t last_signal = 0;
+  std::chrono::steady_clock::time_point last_time;
   while (true) {
     std::array<pollfd, 2> fds{pollfd{signal_fd_, POLLIN, 0}, pollfd{wake_fd_, POLLIN, 0}};
     if (::poll(fds.data(), fds.size(), -1) < 0 && errno != EINTR) return;
@@ -52,6 +56,12 @@ void SignalWatcher::watch() noexcept {
     if ((fds[0].revents & POLLIN) == 0) continue;
     signalfd_siginfo info{};
     if (::read(signal_fd_, &info, sizeof info) != sizeof info) continue;
+    // Wrappers such as timeout(1) send a signal to the child and to its group: that is one wish.
+    const auto now = std::chrono::steady_clock::now();
+    const bool echo = info.ssi_signo == last_signal && now - last_time < kEcho;
+    last_signal = info.ssi_signo;
+    last_time = now;
+    if (echo) continue;
     switch (++count_) {
       case 1:
         first_.request_stop();

@@ -1,5 +1,6 @@
 // Ctrl-C and SIGTERM as stop requests: the first ends the work at the next safe point, the second
-// skips what can be done later, the third leaves at once.
+// skips what can be done later, the third leaves at once. The same signal within 100 ms counts
+// once.
 #pragma once
 
 #include <atomic>

@@ -100,6 +100,7 @@ ordered_json scan_to_json(const ReceiptScan& scan) {
   put_number(object, "disk_stalled_s", seconds(outcome.queue.stalled));
   put_number(object, "preparing_s", seconds(outcome.preparing));
   put_number(object, "scanning_s", seconds(outcome.scanning));
+  put_number(object, "finishing_s", seconds(outcome.finishing));
   if (outcome.error) object["error"] = message_of(outcome.error);
   return object;
 }

@@ -59,6 +59,9 @@ ScanOutcome ScanSession::run(const std::stop_token& stop) noexcept {
   Clock& clock = *options_.clock;
   const TimePoint started = clock.now();
   QueuedSink queue(master_, options_.ring_blocks);
+  std::stop_source end_develop;
+  const std::stop_callback on_develop_stop(options_.develop_stop,
+                                           [&end_develop] { end_develop.request_stop(); });
   std::jthread develop;
   try {
     Forward forward(observer_);
@@ -77,9 +80,9 @@ ScanOutcome ScanSession::run(const std::stop_token& stop) noexcept {
     outcome.preparing = clock.now() - started;
     observer_.began(plan_.format, outcome.context);
     if (options_.develop) {
-      develop = std::jthread([this, &outcome]() noexcept {
+      develop = std::jthread([this, &outcome, stop_develop = end_develop.get_token()]() noexcept {
         try {
-          options_.develop(*committed_, outcome.context, options_.develop_stop);
+          options_.develop(*committed_, outcome.context, stop_develop);
         } catch (...) {
           outcome.develop_error = std::current_exception();
         }
@@ -101,7 +104,11 @@ ScanOutcome ScanSession::run(const std::stop_token& stop) noexcept {
     outcome.scanning = clock.now() - started - outcome.preparing;
     outcome.lines = committed_->committed();
   }
+  // What it makes of a scan that broke off is of no use: the caller opens that as a shorter file.
+  if (outcome.end != ScanEnd::kComplete) end_develop.request_stop();
+  const TimePoint closed = clock.now();
   if (develop.joinable()) develop.join();
+  outcome.finishing = clock.now() - closed;
   return outcome;
 }
 

@@ -37,7 +37,8 @@ class SessionObserver {
 };
 
 // Runs on the develop thread while lines arrive; returns when it is done with them or when stop is
-// requested. What it throws is reported in the outcome and harms neither scan nor master.
+// requested, which also happens when the scan ends before its last line. What it throws is reported
+// in the outcome and harms neither scan nor master.
 using DevelopFn = std::function<void(const LineSource& lines, const CaptureContext& context,
                                      const std::stop_token& stop)>;
 
@@ -63,7 +64,8 @@ struct ScanOutcome {
   bool began = false;                // a master exists
   CaptureContext context;            // valid when began
   QueueStats queue;
-  Duration preparing{}, scanning{};  // up to the first READ; from there to the closed master
+  // Up to the first READ; from there to the closed master; from there to the end of develop.
+  Duration preparing{}, scanning{}, finishing{};
 };
 
 class ScanSession {

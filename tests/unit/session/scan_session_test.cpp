@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <string>
 #include <system_error>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -69,6 +70,29 @@ TEST_F(ScanSessionTest, DevelopSeesAllLinesAndFinishesBeforeRunReturns) {
                         const std::stop_token& stop) { seen = lines.wait_committed(21, stop); };
   EXPECT_EQ(run().end, ScanEnd::kComplete);
   EXPECT_EQ(seen, 21);
+}
+
+TEST_F(ScanSessionTest, DevelopIsStoppedWhenTheScanBreaksOff) {
+  scanner.on_read = [](int next, LineBlock&) -> std::optional<ReadStatus> {
+    if (next >= 8) throw DeviceError(DeviceError::Kind::kDisconnected, "gone", "");
+    return std::nullopt;
+  };
+  options.develop = [](const LineSource&, const CaptureContext&, const std::stop_token& stop) {
+    while (!stop.stop_requested()) std::this_thread::yield();
+  };
+  EXPECT_EQ(run().lines, 8);
+}
+
+TEST_F(ScanSessionTest, DevelopIsStoppedWhenTheCallerWishes) {
+  std::stop_source source;
+  options.develop_stop = source.get_token();
+  options.develop = [&](const LineSource& lines, const CaptureContext&,
+                        const std::stop_token& stop) {
+    static_cast<void>(lines.wait_committed(21, stop));
+    source.request_stop();
+    EXPECT_TRUE(stop.stop_requested());
+  };
+  EXPECT_EQ(run().end, ScanEnd::kComplete);
 }
 
 TEST_F(ScanSessionTest, ADevelopErrorHarmsNothing) {
