@@ -13,12 +13,12 @@ struct MapFit {
   double residual_px = 0;  // weighted rms of the inliers
   int n_used = 0;
   int n_outliers = 0;
-  double smoothing = 0;  // chosen penalty; infinity = affine
   bool usable = false;
 };
 
 // Robust affine map, and where held-out blocks of samples prove that it is better, a displacement
-// by penalised cubic B-splines whose smoothness those blocks choose. Needs at least 6 samples.
+// by cubic B-splines from coarse to fine whose levels those blocks choose. Needs at least 6
+// samples.
 [[nodiscard]] MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px);
 
 }  // namespace reseau
