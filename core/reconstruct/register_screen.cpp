@@ -89,25 +89,19 @@ class Tracker {
   std::optional<LatticeSeed> search(int first, int n, std::string& reason) {
     LinearReader reader(source_, options_.tone);
     LinearRows rows;
-    std::array<double, 3> weights = reader.silver_from_rgb();
-    for (int round = 0; round < (reader.has_infrared() ? 1 : 3); ++round) {
-      reader.set_silver_from_rgb(weights);
-      reader.read(first, n, rows);
-      LatticeSearch found = find_lattice(rows);
-      if (!found.found) {
-        if (round > 0) break;
-        reason = found.reason;
-        return std::nullopt;
-      }
-      seed_ = found.seed;
-      weights_ = weights;
-      if (reader.has_infrared()) break;
-      // With S = w . RGB the series is that of RGB / S; one more round with the better weights.
-      std::array<double, 3> better{};
-      if (!silver_weights(response_from_series(seed_.series, seed_.carriers, 0.6), better)) break;
-      weights = better;
+    reader.read(first, n, rows);
+    const LatticeSearch found = find_lattice(rows, reader.has_infrared());
+    if (!found.found) {
+      reason = found.reason;
+      return std::nullopt;
     }
-    return seed_;
+    if (!silver_weights(found.seed.response, weights_)) {
+      reason =
+          "No réseau was found: a repeating pattern is there, but its elements cannot be told "
+          "apart by colour.";
+      return std::nullopt;
+    }
+    return found.seed;
   }
 
   Registration track(const LatticeSeed& seed) {
@@ -153,9 +147,9 @@ class Tracker {
     shape.stride_cells = 2;
     WindowShape coarse = shape;
     coarse.sigma_cells = 1.3 * shape.sigma_cells;
+    ColorSeries series = series_from_response(seed.response, seed.carriers, seed.sigma_px);
     std::vector<PhaseSample> samples =
-        grow_samples(cells, seed.center_px, seed.screen_at_center, seed.series, coarse);
-    ColorSeries series = seed.series;
+        grow_samples(cells, seed.center_px, seed.screen_at_center, series, coarse);
     MapFit fit = fit_map(samples, format.width_px, format.n_lines);
     if (!fit.usable) {
       result.reason =
@@ -165,6 +159,11 @@ class Tracker {
     }
     for (int round = 0; round < 2; ++round) {
       if (!pooled_series(cells, fit.map, 0, series)) break;
+      // The pattern is even about its origin: an odd part is the error of the origin so far, which
+      // the next round is to find, not to keep.
+      for (auto& channel : series.harmonic) {
+        for (auto& value : channel) value = value.real();
+      }
       samples = measure_samples(cells, fit.map, series, shape);
       const MapFit better = fit_map(samples, format.width_px, format.n_lines);
       if (!better.usable) break;
@@ -232,7 +231,6 @@ class Tracker {
   const RegisterOptions& options_;
   const ProgressFn& progress_;
   const std::stop_token& stop_;
-  LatticeSeed seed_;
   std::array<double, 3> weights_{1.0 / 3, 1.0 / 3, 1.0 / 3};
 };
 

@@ -2,16 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <vector>
 
 #include <Eigen/Dense>
 #include <tbb/parallel_for.h>
 
-#include "core/reconstruct/screen_tile.h"
+#include "core/screen/element_model.h"
 #include "core/screen/lattice_search.h"
 #include "core/screen/linear_rows.h"
 #include "core/screen/screen_pattern.h"
+#include "core/screen/screen_tile.h"
 
 namespace reseau {
 namespace {
@@ -68,50 +70,9 @@ std::vector<ScreenTile> measure_tiles(const LineSource& source, const Registrati
   return tiles;
 }
 
-using Amplitudes = Eigen::Matrix<double, kTileAmplitudes, 1>;
+using Amplitudes = ElementModel::Amplitudes;
 using Scatter = Eigen::Matrix<double, kTileAmplitudes, kTileAmplitudes>;
-using Columns = Eigen::Matrix<double, kTileAmplitudes, 3>;
-
-struct Widths {
-  double red = kDufaycolorRedWidth, green = kDufaycolorGreenLength;
-};
-
-// The ideal amplitudes of the three elements under a Gaussian blur, as columns, weighed so that the
-// squared length of a residual is its energy in the picture.
-class BlurModel {
- public:
-  BlurModel(const Mat2& linear, const Widths& widths) {
-    const ScreenPattern pattern = ScreenPattern::dufaycolor(widths.red, widths.green);
-    const Mat2 t = linear.transposed();
-    for (int k = 0; k < 3; ++k) sharp_(0, k) = pattern.area(k);
-    for (int i = 1; i < kTileAmplitudes; ++i) {
-      const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
-      const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
-      square_(i) = dot(f, f);
-      for (int k = 0; k < 3; ++k) {
-        sharp_(i, k) = std::numbers::sqrt2 * pattern.fourier(k, h.u, h.v).real();
-      }
-    }
-  }
-
-  [[nodiscard]] Columns columns(double sigma_px) const {
-    const Amplitudes otf = (-2 * kPi * kPi * sigma_px * sigma_px * square_).array().exp();
-    return otf.asDiagonal() * sharp_;
-  }
-
- private:
-  Columns sharp_;
-  Amplitudes square_ = Amplitudes::Zero();
-};
-
-Amplitudes weighted(const std::array<double, kTileAmplitudes>& amplitude) {
-  Amplitudes y;
-  y(0) = amplitude[0];
-  for (int i = 1; i < kTileAmplitudes; ++i) {
-    y(i) = std::numbers::sqrt2 * amplitude[static_cast<std::size_t>(i)];
-  }
-  return y;
-}
+using Columns = ElementModel::Columns;
 
 // Inverse variance of the weighted amplitudes of a tile: noise and detail, plus the model's own.
 double tile_weight(const ScreenTile& tile, std::size_t channel) {
@@ -127,7 +88,8 @@ Scatter channel_scatter(const std::vector<ScreenTile>& tiles, std::size_t channe
   Scatter sum = Scatter::Zero();
   for (const ScreenTile& tile : tiles) {
     if (!tile.used) continue;
-    const Amplitudes even = weighted(tile.amplitude[channel]), odd = weighted(tile.odd[channel]);
+    const Amplitudes even = weighted_amplitudes(tile.amplitude[channel]),
+                     odd = weighted_amplitudes(tile.odd[channel]);
     const double weight = tile_weight(tile, channel);
     sum += weight * (even * even.transpose());
     for (int i = 1; i < kTileAmplitudes; ++i) sum(i, i) -= weight * odd(i) * odd(i);
@@ -141,7 +103,7 @@ constexpr double kInfraredSofter = 1.1, kInfraredPriorSd = 0.15;
 constexpr double kWidthPriorSd = 0.04;
 
 struct SharpnessFit {
-  Widths widths;
+  ScreenWidths widths;
   std::array<double, 4> sigma{}, sd{};
 };
 
@@ -161,7 +123,7 @@ class SharpnessProblem {
       for (bool moved = true; moved;) {
         moved = false;
         for (const auto& [dr, dg] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
-          const Widths trial{fit.widths.red + dr * step, fit.widths.green + dg * step};
+          const ScreenWidths trial{fit.widths.red + dr * step, fit.widths.green + dg * step};
           if (std::abs(trial.red - kDufaycolorRedWidth) > 0.16 ||
               std::abs(trial.green - kDufaycolorGreenLength) > 0.16) {
             continue;
@@ -182,7 +144,7 @@ class SharpnessProblem {
   }
 
  private:
-  double channel_cost(const BlurModel& model, std::size_t c, double sigma) const {
+  double channel_cost(const ElementModel& model, std::size_t c, double sigma) const {
     const Eigen::HouseholderQR<Columns> qr(model.columns(sigma));
     const Scatter q = qr.householderQ();
     const auto rest = q.rightCols<kTileAmplitudes - 3>();
@@ -191,7 +153,7 @@ class SharpnessProblem {
 
   static double square(double x) { return x * x; }
 
-  double prior(const Widths& widths, const std::array<double, 4>& sigma) const {
+  double prior(const ScreenWidths& widths, const std::array<double, 4>& sigma) const {
     double sum = square((widths.red - kDufaycolorRedWidth) / kWidthPriorSd) +
                  square((widths.green - kDufaycolorGreenLength) / kWidthPriorSd);
     for (std::size_t c = 0; c < 3; ++c) sum += square((sigma[c] - kSigmaPriorPx) / kSigmaPriorSd);
@@ -203,8 +165,8 @@ class SharpnessProblem {
                   kInfraredPriorSd);
   }
 
-  double best_sigmas(const Widths& widths, std::array<double, 4>& sigma) const {
-    const BlurModel model(linear_, widths);
+  double best_sigmas(const ScreenWidths& widths, std::array<double, 4>& sigma) const {
+    const ElementModel model(linear_, widths);
     double total = square((widths.red - kDufaycolorRedWidth) / kWidthPriorSd) +
                    square((widths.green - kDufaycolorGreenLength) / kWidthPriorSd);
     for (std::size_t c = 0; c < n_channels_; ++c) {
@@ -257,10 +219,10 @@ class SharpnessProblem {
   void uncertainty(SharpnessFit& fit) const {
     const auto n = static_cast<int>(n_channels_) + 2;
     const auto total = [&](const Eigen::VectorXd& x) {
-      const Widths widths{x(0), x(1)};
+      const ScreenWidths widths{x(0), x(1)};
       std::array<double, 4> sigma{};
       for (int i = 2; i < n; ++i) sigma[static_cast<std::size_t>(i - 2)] = x(i);
-      const BlurModel model(linear_, widths);
+      const ElementModel model(linear_, widths);
       double sum = prior(widths, sigma);
       for (std::size_t c = 0; c < n_channels_; ++c) sum += channel_cost(model, c, sigma[c]);
       return sum;
@@ -297,13 +259,13 @@ class SharpnessProblem {
 
 // Light of each element in one channel of a tile (intensity x response), by least squares.
 Eigen::Vector3d element_light(const ScreenTile& tile, std::size_t channel, const Columns& a) {
-  return a.householderQr().solve(weighted(tile.amplitude[channel]));
+  return a.householderQr().solve(weighted_amplitudes(tile.amplitude[channel]));
 }
 
 // Response of each channel to each clear element: with infrared, the light in R, G, B regressed on
 // the silver; without, the direction of each element's light is known and its size is not, so the
 // brightest tiles count as clear.
-Response fit_response(const std::vector<ScreenTile>& tiles, const BlurModel& model,
+Response fit_response(const std::vector<ScreenTile>& tiles, const ElementModel& model,
                       const std::array<double, 4>& sigma_px, bool infrared) {
   std::array<Columns, 4> columns;
   for (std::size_t c = 0; c < 4; ++c)
@@ -364,6 +326,43 @@ void scale_to_brightest(Response& response) {
   }
 }
 
+// Where a detail of RGB at p is found in infrared: p + shift [px]. Zero when the picture does not
+// tell it to a tenth of a pixel.
+Vec2 infrared_shift(const std::vector<ScreenTile>& tiles, const std::array<double, 3>& weights,
+                    const Registration& registration) {
+  std::array<double, 2> phase{};
+  for (std::size_t h = 0; h < 2; ++h) {
+    // silver from RGB = rho * infrared + kappa * mean; kappa takes what imperfect weights leave.
+    Eigen::Matrix2cd normal = Eigen::Matrix2cd::Zero();
+    Eigen::Vector2cd right = Eigen::Vector2cd::Zero();
+    double energy = 0;
+    int n = 0;
+    for (const ScreenTile& tile : tiles) {
+      if (!tile.used) continue;
+      std::complex<double> from_rgb = 0;
+      for (std::size_t c = 0; c < 3; ++c) from_rgb += weights[c] * tile.fundamental[c][h];
+      const Eigen::Vector2cd row(tile.fundamental[3][h],
+                                 std::complex<double>(tile.amplitude[3][0]));
+      normal += row.conjugate() * row.transpose();
+      right += row.conjugate() * from_rgb;
+      energy += std::norm(from_rgb);
+      ++n;
+    }
+    if (n < 8) return {};
+    const double spread = normal.determinant().real() / std::max(normal(1, 1).real(), 1e-30);
+    if (!(spread > 1e-9)) return {};
+    const Eigen::Vector2cd fit = normal.fullPivLu().solve(right);
+    const double residual = std::max(energy - (right.adjoint() * fit)(0).real(), 1e-6 * energy);
+    const double sd_cycles = std::sqrt(residual / (n - 2) / spread) / std::abs(fit(0)) / (2 * kPi);
+    if (!(sd_cycles * registration.period_px[h] < 0.1)) return {};
+    phase[h] = std::arg(fit(0)) / (2 * kPi);
+  }
+  // RGB shows at p what infrared shows at p + shift: a phase of +f . shift.
+  const Vec2 f_u = registration.lattice_cy_per_px[0], f_v = registration.lattice_cy_per_px[1];
+  const Vec2 shift = Mat2{f_u.x, f_u.y, f_v.x, f_v.y}.inverse() * Vec2{phase[0], phase[1]};
+  return norm(shift) < 1 ? shift : Vec2{};
+}
+
 }  // namespace
 
 Sharpness measure_sharpness(const LineSource& source, const Registration& registration,
@@ -405,7 +404,7 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   }
   result.report.red_width = fit.widths.red;
   result.report.green_length = fit.widths.green;
-  const BlurModel model(linear, fit.widths);
+  const ElementModel model(linear, fit.widths);
   result.response = fit_response(tiles, model, result.report.sigma_px, infrared);
   if (!infrared) scale_to_brightest(result.response);
   std::array<double, 3> weights{};

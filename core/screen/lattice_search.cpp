@@ -17,6 +17,8 @@ namespace {
 using Complex = std::complex<float>;
 constexpr double kPi = std::numbers::pi;
 constexpr int kMaxTiles = 20;
+// A peak sums 5 x 5 bins of two spectra, 72 on average where there is only noise.
+constexpr double kNoisePower = 110;
 constexpr double kLowestFrequency = 0.045;  // periods up to 22 px
 
 struct Tile {
@@ -233,74 +235,32 @@ bool plausible_geometry(Vec2 u, Vec2 v) {
   return ratio > 0.75 && ratio < 1.34 && sine > 0.95;
 }
 
-// Windowed sum of the moments of a tile under given carriers, phases absolute in the frame.
-Moments tile_moments(const LinearRows& rows, const Tile& tile, int size, const Carriers& carriers) {
-  // A tile is a small frame of its own: carriers keep their phase by starting at its corner.
-  LinearRows cut;
-  cut.first = 0;
-  cut.n = size;
-  cut.width_px = size;
-  for (std::size_t c = 0; c < 4; ++c) {
-    cut.plane[c].resize(static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
-    for (int y = 0; y < size; ++y) {
-      std::copy_n(rows.row(static_cast<int>(c), tile.y + y) + tile.x, size,
-                  cut.plane[c].begin() + static_cast<std::ptrdiff_t>(y) * size);
-    }
-  }
-  CellGrid grid(size, size, carriers);
-  grid.accumulate(cut);
-  Moments sum;
-  for (int j = 0; j < grid.n_rows(); ++j) {
-    for (int i = 0; i < grid.n_columns(); ++i) add_rephased(sum, grid.cell(i, j), {0, 0}, 1);
-  }
-  return sum;
-}
-
-// Turns a series so that it stands in screen coordinates: finds the origin that makes the red line
-// lie at v = 0.5 and green at u = 0, by what RGB says. Returns false when the colours contradict a
-// Dufaycolor réseau.
-bool orient_series(ColorSeries& series, Vec2& screen_of_origin, std::string& why) {
-  std::array<double, 3> scale{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (!(series.mean[c] > 0)) {
-      why = "a channel is empty";
-      return false;
-    }
-    scale[c] = 1 / series.mean[c];
-  }
-  const auto signature_red = [&](int h) {
-    const auto i = static_cast<std::size_t>(h);
-    return series.harmonic[0][i] * scale[0] -
-           0.5 * (series.harmonic[1][i] * scale[1] + series.harmonic[2][i] * scale[2]);
+// Frequency of a line near f in the spectrum of one tile, to a small part of a bin.
+Vec2 local_frequency(const Spectra& s, Vec2 f) {
+  const auto power = [&](int kx, int ky) {
+    return static_cast<double>(s.at(s.red, kx, ky) + s.at(s.green_blue, kx, ky));
   };
-  const auto signature_green = [&](int h) {
-    const auto i = static_cast<std::size_t>(h);
-    return series.harmonic[1][i] * scale[1] - series.harmonic[2][i] * scale[2];
-  };
-  const auto red_v = signature_red(1);
-  const auto green_u = signature_green(0);
-  // Red lines at v = 0.5: their fundamental is negative there; green at u = 0: positive.
-  const double v0 = (std::arg(red_v) - kPi) / (2 * kPi);
-  const double u0 = std::arg(green_u) / (2 * kPi);
-  screen_of_origin = {u0, v0};
-  for (auto& channel : series.harmonic) {
-    for (std::size_t i = 0; i < kSeries; ++i) {
-      channel[i] *= std::polar(1.0, -2 * kPi * (kDifferences[i].u * u0 + kDifferences[i].v * v0));
+  const int kx = static_cast<int>(std::lround(f.x * s.size)),
+            ky = static_cast<int>(std::lround(f.y * s.size));
+  int x = kx, y = ky;
+  for (int j = -2; j <= 2; ++j) {
+    for (int i = -2; i <= 2; ++i) {
+      if (power(kx + i, ky + j) > power(x, y)) {
+        x = kx + i;
+        y = ky + j;
+      }
     }
   }
-  // Along v red must oppose green and blue together; along u green must oppose blue.
-  const double r = series.harmonic[0][1].real() * scale[0];
-  const double gb =
-      0.5 * (series.harmonic[1][1].real() * scale[1] + series.harmonic[2][1].real() * scale[2]);
-  const double g = series.harmonic[1][0].real() * scale[1];
-  const double b = series.harmonic[2][0].real() * scale[2];
-  const double across = std::abs(r) + std::abs(gb), along = std::abs(g) + std::abs(b);
-  if (!(r < 0.15 * across) || !(gb > -0.15 * across) || !(g > -0.15 * along) ||
-      !(b < 0.15 * along)) {
-    why = "the periodic pattern does not have the colours of red lines with green and blue between";
-    return false;
-  }
-  return true;
+  // Hann: the amplitude ratio r of neighbours gives the offset (2 r - 1) / (1 + r).
+  const auto offset = [&](int dx, int dy) {
+    const double center = std::sqrt(power(x, y));
+    const double before = std::sqrt(power(x - dx, y - dy)),
+                 after = std::sqrt(power(x + dx, y + dy));
+    const double r = std::max(before, after) / std::max(center, 1e-12);
+    const double shift = std::clamp((2 * r - 1) / (1 + r), 0.0, 0.6);
+    return after > before ? shift : -shift;
+  };
+  return {(x + offset(1, 0)) / s.size, (y + offset(0, 1)) / s.size};
 }
 
 }  // namespace
@@ -333,6 +293,25 @@ Response response_from_series(const ColorSeries& series, const Carriers& carrier
   return response;
 }
 
+ColorSeries series_from_response(const Response& response, const Carriers& carriers,
+                                 double sigma_px) {
+  const ScreenPattern& pattern = ScreenPattern::dufaycolor();
+  ColorSeries series;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      series.mean[c] += pattern.area(static_cast<int>(k)) * response[k][c];
+      for (std::size_t i = 0; i < kSeries; ++i) {
+        const HarmonicIndex h = kDifferences[i];
+        const Vec2 f =
+            static_cast<double>(h.u) * carriers.u + static_cast<double>(h.v) * carriers.v;
+        series.harmonic[c][i] += response[k][c] * pattern.fourier(static_cast<int>(k), h.u, h.v) *
+                                 std::exp(-2 * kPi * kPi * sigma_px * sigma_px * dot(f, f));
+      }
+    }
+  }
+  return series;
+}
+
 bool silver_weights(const Response& response, std::array<double, 3>& weights) {
   Eigen::Matrix3d p;  // rows: elements
   for (int k = 0; k < 3; ++k) {
@@ -347,7 +326,7 @@ bool silver_weights(const Response& response, std::array<double, 3>& weights) {
   return true;
 }
 
-LatticeSearch find_lattice(const LinearRows& rows) {
+LatticeSearch find_lattice(const LinearRows& rows, bool infrared) {
   LatticeSearch result;
   int size = 256;
   while (size > 64 && (size > rows.width_px || size > rows.n)) size /= 2;
@@ -382,91 +361,53 @@ LatticeSearch find_lattice(const LinearRows& rows) {
     for (float& value : *power) value /= floor;
   }
   const std::vector<Peak> peaks = find_peaks(total, 16);
-  // Ordered pairs: u must alternate green and blue, v must carry the red lines.
   struct Candidate {
     Carriers carriers;
     double score;
   };
   std::vector<Candidate> candidates;
-  for (const Peak& a : peaks) {
-    for (const Peak& b : peaks) {
-      if (&a == &b || !plausible_geometry(a.frequency, b.frequency)) continue;
-      const double score =
-          std::sqrt(std::max(a.green_blue - 25, 0.0)) * std::sqrt(std::max(b.red - 25, 0.0));
-      if (score > 0) candidates.push_back({right_handed(a.frequency, b.frequency), score});
+  for (std::size_t i = 0; i < peaks.size(); ++i) {
+    for (std::size_t j = i + 1; j < peaks.size(); ++j) {
+      if (!plausible_geometry(peaks[i].frequency, peaks[j].frequency)) continue;
+      const double score = std::sqrt(std::max(peaks[i].power() - kNoisePower, 0.0) *
+                                     std::max(peaks[j].power() - kNoisePower, 0.0));
+      if (score > 0)
+        candidates.push_back({right_handed(peaks[i].frequency, peaks[j].frequency), score});
     }
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
   if (candidates.size() > 6) candidates.resize(6);
   result.reason = "No réseau was found: no colour pattern repeats in two directions.";
-  double best_score = 0;
+  double best = 0;
   for (const Candidate& candidate : candidates) {
+    // The middle half of each tile, with the frequencies that this very tile shows.
+    std::vector<TileCorner> corners;
+    std::vector<Carriers> carriers;
     for (std::size_t t = 0; t < used.size(); ++t) {
-      // The frequencies of this very tile, near those of the whole.
-      const auto refine = [&](Vec2 f, const std::vector<float>& power) {
-        const int kx = static_cast<int>(std::lround(f.x * size)),
-                  ky = static_cast<int>(std::lround(f.y * size));
-        int best_x = kx, best_y = ky;
-        for (int j = -2; j <= 2; ++j) {
-          for (int i = -2; i <= 2; ++i) {
-            if (spectra[t].at(power, kx + i, ky + j) > spectra[t].at(power, best_x, best_y)) {
-              best_x = kx + i;
-              best_y = ky + j;
-            }
-          }
-        }
-        // Hann: amplitude ratio of neighbours gives the offset (2 r - 1) / (1 + r).
-        const auto offset = [&](int dx, int dy) {
-          const double center =
-              std::sqrt(static_cast<double>(spectra[t].at(power, best_x, best_y)));
-          const double before =
-              std::sqrt(static_cast<double>(spectra[t].at(power, best_x - dx, best_y - dy)));
-          const double after =
-              std::sqrt(static_cast<double>(spectra[t].at(power, best_x + dx, best_y + dy)));
-          const double r = std::max(before, after) / std::max(center, 1e-12);
-          const double shift = std::clamp((2 * r - 1) / (1 + r), 0.0, 0.6);
-          return after > before ? shift : -shift;
-        };
-        return Vec2{(best_x + offset(1, 0)) / size, (best_y + offset(0, 1)) / size};
-      };
-      const Carriers carriers{refine(candidate.carriers.u, spectra[t].green_blue),
-                              refine(candidate.carriers.v, spectra[t].red)};
-      if (!plausible_geometry(carriers.u, carriers.v)) continue;
-      const int inner = size / 2;
-      const Tile core{used[t].x + size / 4, used[t].y + size / 4};
-      const Moments moments = tile_moments(rows, core, inner, carriers);
-      LatticeSeed seed;
-      Vec2 origin;
-      std::string why;
-      if (!fit_series(moments, seed.series)) continue;
-      if (!orient_series(seed.series, origin, why)) {
-        if (best_score == 0) result.reason = "No réseau was found: " + why + ".";
-        continue;
-      }
-      // How far the pattern stands above what it leaves unexplained.
-      double explained = 0, unexplained = 0;
-      for (std::size_t c = 0; c < 3; ++c) {
-        double energy = 0;
-        for (std::size_t i = 0; i < 2; ++i) energy += 2 * std::norm(seed.series.harmonic[c][i]);
-        explained += energy * moments.n0 / std::max(moments.q[c], 1e-30);
-        unexplained += 1;
-      }
-      const double score = -std::expm1(-candidate.score / 100) * explained / unexplained;
-      if (score > best_score) {
-        best_score = score;
-        const double mid = (inner - 1) / 2.0;
-        seed.carriers = carriers;
-        seed.center_px = {core.x + mid, rows.first + core.y + mid};
-        seed.screen_at_center =
-            Vec2{dot(carriers.u, {mid, mid}), dot(carriers.v, {mid, mid})} + origin;
-        seed.confidence = 1 - std::exp(-candidate.score / 100);
-        result.seed = seed;
-        result.found = true;
-      }
+      const Carriers own{local_frequency(spectra[t], candidate.carriers.u),
+                         local_frequency(spectra[t], candidate.carriers.v)};
+      if (!plausible_geometry(own.u, own.v)) continue;
+      corners.push_back({used[t].x + size / 4, used[t].y + size / 4});
+      carriers.push_back(own);
     }
+    if (corners.empty()) continue;
+    const LatticeHypothesis judged = judge_lattice(rows, corners, carriers, size / 2, infrared);
+    if (!(judged.explained > best)) continue;
+    best = judged.explained;
+    result.found = judged.colors_fit;
+    result.reason =
+        judged.colors_fit
+            ? ""
+            : "No réseau was found: the periodic pattern does not have the colours of red "
+              "lines with green and blue between.";
+    result.seed.carriers = judged.carriers;
+    result.seed.center_px = judged.center_px + Vec2{0, static_cast<double>(rows.first)};
+    result.seed.screen_at_center = judged.screen_at_center;
+    result.seed.response = judged.response;
+    result.seed.sigma_px = judged.sigma_px;
+    result.seed.confidence = -std::expm1(-candidate.score / 100);
   }
-  if (result.found) result.reason.clear();
   return result;
 }
 

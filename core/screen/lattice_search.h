@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/screen/cell_moments.h"
+#include "core/screen/lattice_hypothesis.h"
 #include "core/screen/linear_rows.h"
 #include "core/screen/window_fit.h"
 
@@ -14,7 +15,8 @@ struct LatticeSeed {
   Carriers carriers;      // right-handed: cross(u, v) > 0
   Vec2 center_px;         // of the tile that shows the pattern best
   Vec2 screen_at_center;  // screen coordinates there
-  ColorSeries series;     // of that tile, in screen coordinates
+  Response response{};    // without infrared: the brightest light counts as clear
+  double sigma_px = 0.7;  // a rough blur
   double confidence = 0;  // 0..1
 };
 
@@ -26,13 +28,15 @@ struct LatticeSearch {
 
 // Looks for periods from about 2.6 to 20 px at any angle in a block of rows (whole frames too: only
 // some tiles are looked at). Deterministic. The block should have at least 64 x 64 px.
-[[nodiscard]] LatticeSearch find_lattice(const LinearRows& rows);
+// `infrared`: plane 3 of the rows is infrared, not made of RGB.
+[[nodiscard]] LatticeSearch find_lattice(const LinearRows& rows, bool infrared);
 
-// Response of the scanner to each clear element per unit silver, [element][channel], from a series
-// whose blur is a Gaussian of sigma_px (isotropic) under the given carriers.
-using Response = std::array<std::array<double, 3>, 3>;
+// Both ways between the response of the scanner to the clear elements and the colour series of the
+// réseau under a Gaussian blur of sigma_px (isotropic) and the given carriers.
 [[nodiscard]] Response response_from_series(const ColorSeries& series, const Carriers& carriers,
                                             double sigma_px);
+[[nodiscard]] ColorSeries series_from_response(const Response& response, const Carriers& carriers,
+                                               double sigma_px);
 // Weights w with w . response[k] equal for the three elements, mean 1: linear RGB to silver
 // (Barker et al. 2022). False when the response is too close to singular.
 [[nodiscard]] bool silver_weights(const Response& response, std::array<double, 3>& weights);

@@ -13,7 +13,10 @@ namespace {
 
 constexpr int kRobustRounds = 3;
 constexpr int kChoosingRounds = 2;  // in which held-out samples choose the stiffness anew
-constexpr double kCauchy = 3.0;     // residuals beyond this many sigmas fade
+// Film that a plane explains as well as this needs no displacement, and what looks like one is the
+// scene's.
+constexpr double kAffineSufficesPx = 0.012;
+constexpr double kCauchy = 3.0;  // residuals beyond this many sigmas fade
 
 struct Affine {
   Mat2 linear;
@@ -82,6 +85,19 @@ Weighted robust_weights(const std::vector<PhaseSample>& samples,
   return weights;
 }
 
+double rms_px(const std::vector<PhaseSample>& samples, const Affine& affine,
+              const Weighted& weights) {
+  const Mat2 inverse = affine.linear.inverse();
+  double sum = 0, total = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Vec2 px = inverse * (samples[i].s_in_screen - affine(samples[i].p_in_scan));
+    const double weight = std::min(weights.u[i], weights.v[i]);
+    sum += weight * dot(px, px);
+    total += weight;
+  }
+  return total > 0 ? std::sqrt(sum / total) : 0;
+}
+
 // What one coordinate of the samples leaves after the affine map.
 ScatteredValues leftovers(const std::vector<PhaseSample>& samples, const Affine& affine,
                           const std::vector<double>& weights, bool along_u) {
@@ -118,7 +134,9 @@ MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height
     ScatteredValues v = leftovers(samples, affine, weights.v, false);
     if (round < kChoosingRounds) {
       levels = surface_levels(width_px, height_px);
-      choose_levels({&u, &v}, width_px, height_px, levels);
+      if (rms_px(samples, affine, weights) > kAffineSufficesPx) {
+        choose_levels({&u, &v}, width_px, height_px, levels);
+      }
     }
     if (levels.flat()) {
       affine = fit_affine(samples, weights, scale);

@@ -125,7 +125,7 @@ class LevelSystem {
     }
     rz_start = rz;
     p = z;
-    for (int iteration = 0; iteration < 250 && rz > 1e-14 * rz_start && rz > 0; ++iteration) {
+    for (int iteration = 0; iteration < 250 && rz > 1e-10 * rz_start && rz > 0; ++iteration) {
       multiply(p, q);
       double pq = 0;
       for (std::size_t i = 0; i < size(); ++i) pq += p[i] * q[i];
@@ -276,7 +276,7 @@ void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int w
     }
     return loss;
   };
-  constexpr std::array<double, 3> kStiffness{30, 1, 0.03};
+  constexpr std::array<double, 2> kStiffness{10, 0.1};
   for (std::size_t level = 0; level < levels.spacing_px.size(); ++level) {
     const SplineSurface grid = make_grid(levels.spacing_px[level], width_px, height_px);
     std::vector<std::array<std::vector<double>, kStiffness.size()>> after(tasks.size());

@@ -80,7 +80,7 @@ TEST(Registration, NoiseFadingBlackAndMissingInfrared) {
   scan.scene = [](double x, double y) {
     return x < 190 ? std::array<double, 3>{0.002, 0.002, 0.002} : patches(x, y);
   };
-  EXPECT_LT(error_px(scan, "40 % black"), 0.10);
+  EXPECT_LT(error_px(scan, "40 % black"), 0.15);
   scan = base();
   scan.infrared = false;
   EXPECT_LT(error_px(scan, "no infrared"), 0.03);

@@ -4,10 +4,8 @@
 
 #include <array>
 #include <complex>
-#include <vector>
 
 #include "core/geometry/vec2.h"
-#include "core/reconstruct/reconstruct.h"
 #include "core/screen/cell_moments.h"
 #include "core/screen/linear_rows.h"
 #include "core/screen/screen_map.h"
@@ -33,11 +31,5 @@ struct ScreenTile {
 // Least squares of 1, x, y and the harmonics in a Hann-windowed tile; S is plane 3 of the rows.
 [[nodiscard]] ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size,
                                              const ScreenMap& map);
-
-// Where a detail of RGB at p is found in infrared: p + shift [px]. Zero when the picture does not
-// tell it to a tenth of a pixel.
-[[nodiscard]] Vec2 infrared_shift(const std::vector<ScreenTile>& tiles,
-                                  const std::array<double, 3>& silver_from_rgb,
-                                  const Registration& registration);
 
 }  // namespace reseau

@@ -1,4 +1,4 @@
-#include "core/reconstruct/screen_tile.h"
+#include "core/screen/screen_tile.h"
 
 #include <algorithm>
 #include <cmath>
@@ -58,7 +58,15 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
     }
   }
   if (n_lost * 20 > width * height || !(square_sum > 0)) return tile;
-  const Normal full = normal.selfadjointView<Eigen::Lower>();
+  Normal full = normal.selfadjointView<Eigen::Lower>();
+  // A harmonic beyond the sampling limit would pose as a lower one; the blur has taken it anyway.
+  const Mat2 frequency = map.jacobian({x0 + width / 2.0, rows.first + height / 2.0}).transposed();
+  for (int h = 0; h < kTileAmplitudes - 1; ++h) {
+    const HarmonicIndex i = kTileHarmonics[static_cast<std::size_t>(h)];
+    const Vec2 f = frequency * Vec2{static_cast<double>(i.u), static_cast<double>(i.v)};
+    if (std::abs(f.x) < 0.5 && std::abs(f.y) < 0.5) continue;
+    for (const int t : {3 + 2 * h, 4 + 2 * h}) full(t, t) += 1e12 * weight_sum;
+  }
   const Eigen::LDLT<Normal> solver(full);
   if (solver.info() != Eigen::Success) return tile;
   tile.n_effective = weight_sum * weight_sum / square_sum;
@@ -79,40 +87,6 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
   }
   tile.used = tile.amplitude[3][0] > 1e-3;
   return tile;
-}
-
-Vec2 infrared_shift(const std::vector<ScreenTile>& tiles, const std::array<double, 3>& weights,
-                    const Registration& registration) {
-  std::array<double, 2> phase{};
-  for (std::size_t h = 0; h < 2; ++h) {
-    // silver from RGB = rho * infrared + kappa * mean; kappa takes what imperfect weights leave.
-    Eigen::Matrix2cd normal = Eigen::Matrix2cd::Zero();
-    Eigen::Vector2cd right = Eigen::Vector2cd::Zero();
-    double energy = 0;
-    int n = 0;
-    for (const ScreenTile& tile : tiles) {
-      if (!tile.used) continue;
-      Complex from_rgb = 0;
-      for (std::size_t c = 0; c < 3; ++c) from_rgb += weights[c] * tile.fundamental[c][h];
-      const Eigen::Vector2cd row(tile.fundamental[3][h], Complex(tile.amplitude[3][0]));
-      normal += row.conjugate() * row.transpose();
-      right += row.conjugate() * from_rgb;
-      energy += std::norm(from_rgb);
-      ++n;
-    }
-    if (n < 8) return {};
-    const double spread = normal.determinant().real() / std::max(normal(1, 1).real(), 1e-30);
-    if (!(spread > 1e-9)) return {};
-    const Eigen::Vector2cd fit = normal.fullPivLu().solve(right);
-    const double residual = std::max(energy - (right.adjoint() * fit)(0).real(), 1e-6 * energy);
-    const double sd_cycles = std::sqrt(residual / (n - 2) / spread) / std::abs(fit(0)) / (2 * kPi);
-    if (!(sd_cycles * registration.period_px[h] < 0.1)) return {};
-    phase[h] = std::arg(fit(0)) / (2 * kPi);
-  }
-  // RGB shows at p what infrared shows at p + shift: a phase of +f . shift.
-  const Vec2 f_u = registration.lattice_cy_per_px[0], f_v = registration.lattice_cy_per_px[1];
-  const Vec2 shift = Mat2{f_u.x, f_u.y, f_v.x, f_v.y}.inverse() * Vec2{phase[0], phase[1]};
-  return norm(shift) < 1 ? shift : Vec2{};
 }
 
 }  // namespace reseau

@@ -1,0 +1,36 @@
+#include "core/screen/element_model.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace reseau {
+
+ElementModel::ElementModel(const Mat2& linear, const ScreenWidths& widths) {
+  const ScreenPattern pattern = ScreenPattern::dufaycolor(widths.red, widths.green);
+  const Mat2 t = linear.transposed();
+  for (int k = 0; k < 3; ++k) sharp_(0, k) = pattern.area(k);
+  for (int i = 1; i < kTileAmplitudes; ++i) {
+    const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
+    const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
+    square_(i) = dot(f, f);
+    for (int k = 0; k < 3; ++k)
+      sharp_(i, k) = std::numbers::sqrt2 * pattern.fourier(k, h.u, h.v).real();
+  }
+}
+
+ElementModel::Columns ElementModel::columns(double sigma_px) const {
+  const double k = -2 * std::numbers::pi * std::numbers::pi * sigma_px * sigma_px;
+  const Amplitudes otf = (k * square_).array().exp();
+  return otf.asDiagonal() * sharp_;
+}
+
+ElementModel::Amplitudes weighted_amplitudes(const std::array<double, kTileAmplitudes>& amplitude) {
+  ElementModel::Amplitudes y;
+  y(0) = amplitude[0];
+  for (int i = 1; i < kTileAmplitudes; ++i) {
+    y(i) = std::numbers::sqrt2 * amplitude[static_cast<std::size_t>(i)];
+  }
+  return y;
+}
+
+}  // namespace reseau
