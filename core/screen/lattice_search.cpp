@@ -183,6 +183,12 @@ struct Peak {
   [[nodiscard]] double power() const { return red + green_blue; }
 };
 
+// One tile in full light must not outweigh the rest; smooth, so that a peak stays one peak.
+float limited(float power) {
+  constexpr float kMost = 3000;
+  return kMost * power / (kMost + power);
+}
+
 // Local maxima of the sum spectrum in the upper half-plane, strongest first.
 std::vector<Peak> find_peaks(const Spectra& s, std::size_t n_peaks) {
   std::vector<Peak> peaks;
@@ -221,8 +227,19 @@ std::vector<Peak> find_peaks(const Spectra& s, std::size_t n_peaks) {
   }
   std::stable_sort(peaks.begin(), peaks.end(),
                    [](const Peak& a, const Peak& b) { return a.power() > b.power(); });
-  if (peaks.size() > n_peaks) peaks.resize(n_peaks);
-  return peaks;
+  // Film that bends spreads a line over several bins: keep the strongest of a group.
+  std::vector<Peak> apart;
+  for (const Peak& peak : peaks) {
+    const bool near = std::any_of(apart.begin(), apart.end(), [&](const Peak& other) {
+      return std::min(norm(peak.frequency - other.frequency),
+                      norm(peak.frequency + other.frequency)) *
+                 s.size <
+             5;
+    });
+    if (!near) apart.push_back(peak);
+    if (apart.size() == n_peaks) break;
+  }
+  return apart;
 }
 
 Carriers right_handed(Vec2 u, Vec2 v) {
@@ -347,8 +364,8 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared) {
     spectra.push_back(tile_spectra(signal, size));
     used.push_back(tile);
     for (std::size_t i = 0; i < total.red.size(); ++i) {
-      total.red[i] += std::min(spectra.back().red[i], 3000.0F);
-      total.green_blue[i] += std::min(spectra.back().green_blue[i], 3000.0F);
+      total.red[i] += limited(spectra.back().red[i]);
+      total.green_blue[i] += limited(spectra.back().green_blue[i]);
     }
   }
   if (used.empty()) {

@@ -102,6 +102,19 @@ INSTANTIATE_TEST_SUITE_P(RealFilm, FilmAccuracy,
                                          "scene=chart&angle=23&fade=0.6",
                                          "scene=chart&angle=23&period_um=25"));
 
+// A wide block shows many bright tiles, whose sum spectrum once held each line several times over
+// and left no room for the right pair; the diagonal lattice u + v, u - v then fitted as neatly.
+TEST(FilmRegistration, WideFramesAreNotTakenForTheDiagonalLattice) {
+  const sim::SimSpec spec =
+      sim::parse_sim_spec("ls5000?width_px=3000&height_px=520&scene=natural&angle=23&noise=0.001");
+  const sim::SimulatedScan scan = sim::simulate_frame(spec);
+  const Registration registration =
+      register_screen(MemoryLineSource(scan.format, scan.samples), {}, {}, {});
+  ASSERT_TRUE(registration.found) << registration.reason;
+  EXPECT_NEAR(registration.angle_deg, 23, 0.1);
+  EXPECT_NEAR(registration.period_um[0], 49.6, 0.4);
+}
+
 TEST(FilmRegistration, PlainSilverAndEmptyGateHaveNoScreen) {
   for (const std::string film : {"none", "empty"}) {
     const sim::SimulatedScan scan =
