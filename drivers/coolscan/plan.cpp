@@ -104,6 +104,12 @@ class Negotiation {
            const char* first_name, const char* length_name) {
     const int dpi = a_.max_dpi;
     const int asked_first = px_from_mm(first_mm.value_or(0), dpi, first_name);
+    if (asked_first >= limit) {
+      throw InputError(std::string("The ") + first_name +
+                       " of the area lies beyond the frame, which " + "measures " +
+                       text_of(limit * kMmPerInch / dpi, "mm") +
+                       " in that direction. Give a smaller value.");
+    }
     const int first = std::clamp(asked_first, 0, limit - plan_.pitch);
     if (first != asked_first) note(first_name, *first_mm, first);
     if (!length_mm) return {first, limit - first};

