@@ -109,7 +109,7 @@ void PlaceChoice::add_to(CLI::App& app) {
 }
 
 std::filesystem::path PlaceChoice::directory() const {
-  const std::filesystem::path path(output);
+  std::filesystem::path path(output);
   if (exact_name().empty()) return path;
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }

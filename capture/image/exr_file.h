@@ -40,6 +40,8 @@ class FloatImageWriter {
   FloatImageWriter(const std::filesystem::path& path, int width_px, int height_px,
                    const std::vector<std::string>& channels, const ExrOptions& options = {});
   ~FloatImageWriter();
+  FloatImageWriter(const FloatImageWriter&) = delete;
+  FloatImageWriter& operator=(const FloatImageWriter&) = delete;
   FloatImageWriter(FloatImageWriter&&) noexcept;
   FloatImageWriter& operator=(FloatImageWriter&&) noexcept;
 
@@ -61,6 +63,8 @@ class ExrReader {
   explicit ExrReader(const std::filesystem::path& path,
                      const std::vector<std::string>& channels = {"R", "G", "B"});
   ~ExrReader();
+  ExrReader(const ExrReader&) = delete;
+  ExrReader& operator=(const ExrReader&) = delete;
   ExrReader(ExrReader&&) noexcept;
   ExrReader& operator=(ExrReader&&) noexcept;
 

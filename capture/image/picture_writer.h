@@ -39,6 +39,8 @@ class PictureWriter final : public RgbRowSink {
  public:
   explicit PictureWriter(PictureOptions options);
   ~PictureWriter() override;
+  PictureWriter(const PictureWriter&) = delete;
+  PictureWriter& operator=(const PictureWriter&) = delete;
 
   // Throw InputError (name taken) or std::system_error (disk).
   void begin(int width_px, int height_px) override;

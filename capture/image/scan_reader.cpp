@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <memory>
 #include <system_error>
 #include <utility>
 
@@ -134,10 +135,8 @@ std::shared_ptr<const LineSource> source_on_disk(const TiffFile& file, const Lin
   auto watermark = std::make_shared<LineWatermark>();
   watermark->raise_to(format.n_lines);
   watermark->close();
-  struct Close {
-    int fd;
-    ~Close() { ::close(fd); }
-  } const closer{fd};
+  const auto close_fd = [](const int* open_fd) { ::close(*open_fd); };
+  const std::unique_ptr<const int, decltype(close_fd)> closer(&fd, close_fd);
   return std::make_shared<MasterFileSource>(format, fd, offset, std::move(watermark));
 }
 

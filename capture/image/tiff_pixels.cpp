@@ -109,8 +109,9 @@ int read_tiles(TIFF* tiff, const TiffPage& page, int n_lines, Converter& convert
         for (int i = 0; i < rows; ++i) {
           const auto* in = tile.data() + static_cast<std::size_t>(i) * tile_row_bytes;
           for (std::size_t c = 0; c < per_plane; ++c) {
-            convert(in + c * convert.sample_bytes(), per_plane, columns,
-                    target.at(static_cast<std::size_t>(y + i), plane + c, x));
+            convert(
+                in + c * convert.sample_bytes(), per_plane, columns,
+                target.at(static_cast<std::size_t>(y) + static_cast<std::size_t>(i), plane + c, x));
           }
         }
       }

@@ -107,6 +107,7 @@ std::uint64_t ViewEncoder::encode_as(std::span<const float> rgb, std::span<Sampl
       const float* m = matrix_.data() + 3 * row;
       const float v = m[0] * rgb[i] + m[1] * rgb[i + 1] + m[2] * rgb[i + 2];
       clipped |= !(v >= kLowestShown && v <= kHighestShown);
+      // NOLINTNEXTLINE(bugprone-incorrect-roundings): never negative, and lround costs a call
       out[i + row] = static_cast<Sample>(encoded(v) * kScale + 0.5F);
     }
     n_clipped += clipped ? 1 : 0;

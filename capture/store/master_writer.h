@@ -52,6 +52,8 @@ class MasterWriter final : public LineSink {
  public:
   explicit MasterWriter(MasterOptions options);
   ~MasterWriter() override;
+  MasterWriter(const MasterWriter&) = delete;
+  MasterWriter& operator=(const MasterWriter&) = delete;
 
   // Throws InputError when the name is taken, std::system_error when there is no room for the whole
   // scan or the folder cannot be written.

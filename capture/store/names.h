@@ -21,6 +21,8 @@ class NameReservation {
   [[nodiscard]] std::filesystem::path path(std::string_view suffix) const;
 
   ~NameReservation();
+  NameReservation(const NameReservation&) = delete;
+  NameReservation& operator=(const NameReservation&) = delete;
   NameReservation(NameReservation&& other) noexcept;
   NameReservation& operator=(NameReservation&& other) noexcept;
 

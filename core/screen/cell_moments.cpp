@@ -80,7 +80,8 @@ void CellGrid::accumulate_cell(const LinearRows& rows, int column, int row, int 
     for (int k = 0; k < 4; ++k) {
       for (int x = 0; x < kCellPx; ++x) plain[k][x] += product[k][x];
     }
-    const auto y = static_cast<std::size_t>(rows.first + y0 + line);
+    const int y_px = rows.first + y0 + line;
+    const auto y = static_cast<std::size_t>(y_px);
     for (std::size_t h = 0; h < kN; ++h) {
       const float cosine = cos_y_[h * static_cast<std::size_t>(height_px_) + y];
       const float sine = sin_y_[h * static_cast<std::size_t>(height_px_) + y];

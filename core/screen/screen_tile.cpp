@@ -77,8 +77,8 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
     tile.amplitude[c][0] = a(0);
     for (int h = 0; h < kTileAmplitudes - 1; ++h) {
       // a cos + b sin of an even pattern: each exponential carries half of a.
-      tile.amplitude[c][static_cast<std::size_t>(h + 1)] = 0.5 * a(3 + 2 * h);
-      tile.odd[c][static_cast<std::size_t>(h + 1)] = 0.5 * a(4 + 2 * h);
+      tile.amplitude[c][static_cast<std::size_t>(h) + 1] = 0.5 * a(3 + 2 * h);
+      tile.odd[c][static_cast<std::size_t>(h) + 1] = 0.5 * a(4 + 2 * h);
     }
     for (int h = 0; h < 2; ++h) {
       tile.fundamental[c][static_cast<std::size_t>(h)] = 0.5 * Complex(a(3 + 2 * h), -a(4 + 2 * h));

@@ -75,8 +75,9 @@ void add_rephased(Moments& window, const Moments& cell, Vec2 shift, double weigh
                                        turn_v * turn_v};
   std::array<Complex, kDifferences.size()> turn;
   for (std::size_t i = 0; i < kDifferences.size(); ++i) {
-    turn[i] = weight * power_u[static_cast<std::size_t>(kDifferences[i].u + 2)] *
-              power_v[static_cast<std::size_t>(kDifferences[i].v + 2)];
+    const int u = kDifferences[i].u + 2;
+    const int v = kDifferences[i].v + 2;
+    turn[i] = weight * power_u[static_cast<std::size_t>(u)] * power_v[static_cast<std::size_t>(v)];
     window.n[i] += turn[i] * cell.n[i];
   }
   window.n0 += weight * cell.n0;

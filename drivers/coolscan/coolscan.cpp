@@ -1,6 +1,7 @@
 #include "drivers/coolscan/coolscan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -203,7 +204,7 @@ std::optional<Exposures> Coolscan::settle_exposures(const ScanPlan& plan, ScanOb
   } else {
     for (std::size_t i = 0; i < exposures.size(); ++i) {
       const std::optional<double>& us = plan.exposure.exposure_us[i];
-      if (us) exposures[i] = static_cast<std::uint32_t>(*us * k10nsPerUs + 0.5);
+      if (us) exposures[i] = static_cast<std::uint32_t>(std::llround(*us * k10nsPerUs));
     }
   }
   for (std::size_t i = 0; i < (plan.infrared ? 4U : 3U); ++i) {
@@ -240,8 +241,9 @@ std::optional<Coolscan::Measurement> Coolscan::measure(const PassSpec& spec,
                                                        const std::stop_token& stop) {
   ScanPass pass(unit_, spec, max_packet_bytes());
   const int n_channels = spec.infrared ? 4 : 3;
-  const auto line_samples = static_cast<std::size_t>(n_channels * spec.crop_width_px);
-  const auto visible_samples = static_cast<std::ptrdiff_t>(3 * spec.crop_width_px);
+  const auto line_samples =
+      static_cast<std::size_t>(n_channels) * static_cast<std::size_t>(spec.crop_width_px);
+  const auto visible_samples = 3 * static_cast<std::ptrdiff_t>(spec.crop_width_px);
   LevelHistogram histogram(n_channels);
   Measurement measurement;
   std::vector<std::uint16_t> samples;

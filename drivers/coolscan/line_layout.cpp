@@ -28,9 +28,8 @@ void decode_line(const LineLayout& layout, ByteView line, int crop_left_px, int 
   // Un-mirrored pixel x is sample width - 1 - x.
   const auto last_sample = static_cast<std::size_t>(layout.width_px - 1 - crop_left_px);
   for (int colour = 0; colour < layout.n_colours; ++colour) {
-    const auto plane_offset =
-        static_cast<std::size_t>(layout.padding.line_before_bytes + colour * layout.colour_bytes() +
-                                 layout.padding.colour_before_bytes);
+    const int plane_offset = layout.padding.line_before_bytes + colour * layout.colour_bytes() +
+                             layout.padding.colour_before_bytes;
     const std::byte* sample = line.data() + plane_offset + last_sample * sample_bytes;
     std::uint16_t* const plane = out.data() + static_cast<std::size_t>(colour) * crop_width;
     for (std::size_t x = 0; x < crop_width; ++x, sample -= sample_bytes) {

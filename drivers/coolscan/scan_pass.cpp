@@ -70,7 +70,8 @@ void ScanPass::apply(const std::vector<CooperationRecord>& records, int max_pack
 
 int ScanPass::read(std::vector<std::uint16_t>& samples) {
   const auto line_bytes = static_cast<std::size_t>(layout_.line_bytes());
-  const auto line_samples = static_cast<std::size_t>(layout_.n_colours * crop_width_px_);
+  const auto line_samples =
+      static_cast<std::size_t>(layout_.n_colours) * static_cast<std::size_t>(crop_width_px_);
   const int lines_per_read = std::max(1, kMaxReadBytes / layout_.line_bytes());
   int n_delivered = 0;
   // A READ of nothing but padding lines delivers none: go on to the next.

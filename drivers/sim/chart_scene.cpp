@@ -42,7 +42,8 @@ class ChartScene final : public Scene {
         const double last = std::ceil((column + 1) * cell_w_ - x0);
         end = std::clamp(static_cast<std::size_t>(std::max(0.0, last)), i + 1, end);
       }
-      const auto& rgb = kPatches[static_cast<std::size_t>(cell_row * kColumns + column)];
+      const auto& rgb = kPatches[static_cast<std::size_t>(cell_row) * kColumns +
+                                 static_cast<std::size_t>(column)];
       for (; i < end; ++i) {
         const double local = x0 + static_cast<double>(i) - column * cell_w_;
         const float w = wy * window(local, cell_w_);
@@ -57,8 +58,10 @@ class ChartScene final : public Scene {
     std::vector<Patch> result;
     const double half_edge = kEdgePx / 2;
     for (int k = 0; k < kColumns * kRows; ++k) {
-      const double left = k % kColumns * cell_w_;
-      const double top = k / kColumns * cell_h_;
+      const int column = k % kColumns;
+      const int row = k / kColumns;
+      const double left = column * cell_w_;
+      const double top = row * cell_h_;
       const auto& rgb = kPatches[static_cast<std::size_t>(k)];
       result.push_back({.x0 = left + kMargin * cell_w_ + half_edge,
                         .y0 = top + kMargin * cell_h_ + half_edge,

@@ -37,6 +37,7 @@ class EdgeRamp {
 };
 
 float from_nearest_integer(float t) {  // t > 0
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings): t > 0, and lround would cost a call per cell
   const auto k = static_cast<float>(static_cast<int>(t + 0.5F));
   return std::abs(t - k);
 }

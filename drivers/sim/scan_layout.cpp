@@ -153,8 +153,8 @@ std::variant<ScanLayout, Sense> plan_scan(const UnitModel& model, const WindowSt
   }
   std::ranges::sort(layout.planes);
 
-  layout.plane_bytes = static_cast<std::size_t>(layout.width_px * layout.bytes_per_sample() *
-                                                layout.lines_per_record());
+  const int plane_bytes = layout.width_px * layout.bytes_per_sample() * layout.lines_per_record();
+  layout.plane_bytes = static_cast<std::size_t>(plane_bytes);
   layout.plane_pad = layout.plane_bytes % 2;
   const std::size_t plane = layout.plane_bytes + layout.plane_pad;
   // Every film line is padded by itself, also where two share a record.
