@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include "core/base/check.h"
@@ -31,10 +32,17 @@ std::string megabytes(std::uint64_t bytes) {
 }
 
 void reserve_room(const PartFile& file, std::uint64_t bytes) {
+  // Ask first: a reservation that fails has by then taken the whole disk from everyone for a
+  // moment.
+  struct statvfs room {};
+  const bool fits = ::fstatvfs(file.fd(), &room) != 0 ||
+                    static_cast<std::uint64_t>(room.f_bavail) * room.f_frsize >= bytes;
   // KEEP_SIZE: the file must not claim more than was written to it.
-  if (::fallocate(file.fd(), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
-  if (errno != ENOSPC && errno != EDQUOT) return;  // the file system cannot reserve
-  throw std::system_error(errno, std::generic_category(),
+  if (fits && ::fallocate(file.fd(), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0)
+    return;
+  const int error = fits ? errno : ENOSPC;
+  if (error != ENOSPC && error != EDQUOT) return;  // the file system cannot reserve
+  throw std::system_error(error, std::generic_category(),
                           "The scan needs " + megabytes(bytes) + " and the disk has no room for '" +
                               file.final_path().string() +
                               "'; make room, choose another folder or a lower resolution");
