@@ -158,7 +158,7 @@ class Tracker {
       return result;
     }
     for (int round = 0; round < 2; ++round) {
-      if (!pooled_series(cells, fit.map, 0, series)) break;
+      if (!pooled_series(cells, fit.map, series)) break;
       // The pattern is even about its origin: an odd part is the error of the origin so far, which
       // the next round is to find, not to keep.
       for (auto& channel : series.harmonic) {
@@ -204,16 +204,8 @@ class Tracker {
       for (std::size_t i = 0; i < 2; ++i)
         result.period_um[i] = result.period_px[i] * 25400 / format.x_dpi;
     }
-    ColorSeries flat;
-    if (pooled_series(cells, fit.map, 0.01, flat)) {
-      result.response = response_from_series(
-          flat, {result.lattice_cy_per_px[0], result.lattice_cy_per_px[1]}, 0.65);
-    }
+    result.response = seed.response;
     result.silver_from_rgb = weights_;
-    if (format.plane_of(Channel::kInfrared) >= 0) {
-      std::array<double, 3> weights{};
-      if (silver_weights(result.response, weights)) result.silver_from_rgb = weights;
-    }
     const double worst_period = std::min(result.period_px[0], result.period_px[1]);
     const double tightness = std::exp(-std::pow(fit.residual_px / (0.12 * worst_period), 2));
     result.confidence = seed.confidence * tightness * (-std::expm1(-coverage / 0.15));

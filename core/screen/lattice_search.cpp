@@ -282,34 +282,6 @@ Vec2 local_frequency(const Spectra& s, Vec2 f) {
 
 }  // namespace
 
-Response response_from_series(const ColorSeries& series, const Carriers& carriers,
-                              double sigma_px) {
-  const ScreenPattern& pattern = ScreenPattern::dufaycolor();
-  const auto otf = [&](int h, int k) {
-    const Vec2 f = static_cast<double>(h) * carriers.u + static_cast<double>(k) * carriers.v;
-    return std::exp(-2 * kPi * kPi * sigma_px * sigma_px * dot(f, f));
-  };
-  // Unknown: response of the three elements; known: mean and the two fundamentals and sidebands.
-  Eigen::Matrix<double, 5, 3> a;
-  for (int k = 0; k < 3; ++k) {
-    a(0, k) = pattern.area(k);
-    for (int i = 0; i < kSeries; ++i) {
-      const HarmonicIndex h = kDifferences[static_cast<std::size_t>(i)];
-      a(i + 1, k) = pattern.fourier(k, h.u, h.v).real() * otf(h.u, h.v);
-    }
-  }
-  Response response{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    Eigen::Matrix<double, 5, 1> y;
-    y(0) = series.mean[c];
-    for (int i = 0; i < kSeries; ++i)
-      y(i + 1) = series.harmonic[c][static_cast<std::size_t>(i)].real();
-    const Eigen::Vector3d p = a.colPivHouseholderQr().solve(y);
-    for (int k = 0; k < 3; ++k) response[static_cast<std::size_t>(k)][c] = p(k);
-  }
-  return response;
-}
-
 ColorSeries series_from_response(const Response& response, const Carriers& carriers,
                                  double sigma_px) {
   const ScreenPattern& pattern = ScreenPattern::dufaycolor();

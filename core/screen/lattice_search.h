@@ -31,14 +31,12 @@ struct LatticeSearch {
 // `infrared`: plane 3 of the rows is infrared, not made of RGB.
 [[nodiscard]] LatticeSearch find_lattice(const LinearRows& rows, bool infrared);
 
-// Both ways between the response of the scanner to the clear elements and the colour series of the
-// réseau under a Gaussian blur of sigma_px (isotropic) and the given carriers.
-[[nodiscard]] Response response_from_series(const ColorSeries& series, const Carriers& carriers,
-                                            double sigma_px);
+// The colour series that a réseau with this response shows under a Gaussian blur of sigma_px
+// (isotropic) and the given carriers.
 [[nodiscard]] ColorSeries series_from_response(const Response& response, const Carriers& carriers,
                                                double sigma_px);
-// Weights w with w . response[k] equal for the three elements, mean 1: linear RGB to silver
-// (Barker et al. 2022). False when the response is too close to singular.
+// Weights w with w . response[k] = 1 for the three elements: linear RGB to silver (Barker et al.
+// 2022). False when the response is too close to singular.
 [[nodiscard]] bool silver_weights(const Response& response, std::array<double, 3>& weights);
 
 }  // namespace reseau

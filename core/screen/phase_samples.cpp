@@ -181,22 +181,14 @@ std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap&
   return samples;
 }
 
-bool pooled_series(const CellGrid& cells, const ScreenMap& map, double flatness,
-                   ColorSeries& series) {
+bool pooled_series(const CellGrid& cells, const ScreenMap& map, ColorSeries& series) {
   std::vector<Moments> rows(static_cast<std::size_t>(cells.n_rows()));
   tbb::parallel_for(0, cells.n_rows(), [&](int r) {
     for (int c = 0; c < cells.n_columns(); ++c) {
       if (!(cells.light(c, r) > 0)) continue;
-      const Moments cell = cells.cell(c, r);
-      double weight = 1;
-      if (flatness > 0) {
-        double energy = 0;
-        for (std::size_t i = 0; i < kSeries; ++i) energy += std::norm(cell.n[i]);
-        weight = std::exp(-energy / (flatness * cell.n0 * cell.n0));
-      }
       const Vec2 p = cells.center(c, r);
-      add_rephased(rows[static_cast<std::size_t>(r)], cell,
-                   map.screen_from_scan(p) - carrier_phase(cells.carriers(), p), weight);
+      add_rephased(rows[static_cast<std::size_t>(r)], cells.cell(c, r),
+                   map.screen_from_scan(p) - carrier_phase(cells.carriers(), p), 1);
     }
   });
   Moments total;

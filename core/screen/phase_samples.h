@@ -32,9 +32,7 @@ struct WindowShape {
                                                        const ColorSeries& series,
                                                        const WindowShape& shape);
 
-// Series over all cells under a map, cells with even silver counting more (`flatness`: relative
-// harmonic energy of the silver at which the weight has fallen to 1/e; 0 = all alike).
-[[nodiscard]] bool pooled_series(const CellGrid& cells, const ScreenMap& map, double flatness,
-                                 ColorSeries& series);
+// Series over all cells under a map.
+[[nodiscard]] bool pooled_series(const CellGrid& cells, const ScreenMap& map, ColorSeries& series);
 
 }  // namespace reseau
