@@ -59,6 +59,9 @@ class Film {
   // Fills a row of cells whose centres lie at height y. first_px and n_px are multiples of
   // kBlockPx; the row may reach outside the film, where bare light gives 1.
   virtual void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const = 0;
+  // Height of the film above the plane of best focus at (x, y), towards the lens [um]: curl,
+  // buckle. The optics make defocus of it. Smooth on the scale of a block.
+  [[nodiscard]] virtual double height_um(double /*x*/, double /*y*/) const { return 0; }
 };
 
 }  // namespace reseau::sim

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "drivers/sim/film.h"
-#include "drivers/sim/film_spec.h"
+#include "drivers/sim/optics_spec.h"
 
 namespace reseau::sim {
 

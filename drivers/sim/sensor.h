@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "drivers/sim/film_spec.h"
+#include "drivers/sim/optics_spec.h"
 #include "drivers/sim/scan_renderer.h"
 
 namespace reseau::sim {

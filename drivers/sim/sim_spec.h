@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "drivers/sim/film_spec.h"
+#include "drivers/sim/optics_spec.h"
 
 namespace reseau::sim {
 
