@@ -42,26 +42,24 @@ Matrix gram(const Moments& m) {
   return g;
 }
 
-Vector right_side(const Moments& m, std::size_t channel) {
-  Vector r;
-  r(0) = m.r0[channel];
+// The stored half of a real series, and the conjugates that complete it.
+Vector complete(double mean, const std::array<Complex, kSeries>& harmonics) {
+  Vector all;
+  all(0) = mean;
   for (int i = 0; i < kSeries; ++i) {
-    const Complex value = m.r[channel][static_cast<std::size_t>(i)];
-    r(2 * i + 1) = value;
-    r(2 * i + 2) = std::conj(value);
+    const Complex value = harmonics[static_cast<std::size_t>(i)];
+    all(2 * i + 1) = value;
+    all(2 * i + 2) = std::conj(value);
   }
-  return r;
+  return all;
+}
+
+Vector right_side(const Moments& m, std::size_t channel) {
+  return complete(m.r0[channel], m.r[channel]);
 }
 
 Vector coefficients(const ColorSeries& series, std::size_t channel) {
-  Vector a;
-  a(0) = series.mean[channel];
-  for (int i = 0; i < kSeries; ++i) {
-    const Complex value = series.harmonic[channel][static_cast<std::size_t>(i)];
-    a(2 * i + 1) = value;
-    a(2 * i + 2) = std::conj(value);
-  }
-  return a;
+  return complete(series.mean[channel], series.harmonic[channel]);
 }
 
 }  // namespace

@@ -62,9 +62,12 @@ int element_code(DataType type, int bytes_per_sample) {
   return 0;
 }
 
-Cdb read(DataType type, Colour colour, int element, std::size_t n_bytes) {
+namespace {
+// READ and SEND differ in the operation and in what Nikon Scan puts into the control byte.
+Cdb transfer(int operation, DataType type, Colour colour, int element, std::size_t n_bytes,
+             int control) {
   CHECK(n_bytes < (1U << 24));
-  return {0x28,
+  return {operation,
           0,
           static_cast<int>(type),
           0,
@@ -73,21 +76,16 @@ Cdb read(DataType type, Colour colour, int element, std::size_t n_bytes) {
           byte_of(n_bytes, 2),
           byte_of(n_bytes, 1),
           byte_of(n_bytes, 0),
-          kNikonControl};
+          control};
+}
+}  // namespace
+
+Cdb read(DataType type, Colour colour, int element, std::size_t n_bytes) {
+  return transfer(0x28, type, colour, element, n_bytes, kNikonControl);
 }
 
 Cdb send(DataType type, Colour colour, int element, std::size_t n_bytes) {
-  CHECK(n_bytes < (1U << 24));
-  return {0x2A,
-          0,
-          static_cast<int>(type),
-          0,
-          static_cast<int>(colour),
-          element,
-          byte_of(n_bytes, 2),
-          byte_of(n_bytes, 1),
-          byte_of(n_bytes, 0),
-          0};
+  return transfer(0x2A, type, colour, element, n_bytes, 0);
 }
 
 std::size_t data_length(ByteView head) { return load_be(head, 2, 4); }

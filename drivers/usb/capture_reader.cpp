@@ -6,18 +6,11 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "drivers/usb/pcapng_format.h"
 
 namespace reseau {
 namespace {
 
-constexpr std::uint32_t kSectionHeader = 0x0A0D0D0A;
-constexpr std::uint32_t kInterface = 1;
-constexpr std::uint32_t kSimplePacket = 3;
-constexpr std::uint32_t kEnhancedPacket = 6;
-constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
-constexpr std::uint16_t kOptionEnd = 0;
-constexpr std::uint16_t kOptionComment = 1;
-constexpr std::uint16_t kOptionTimeResolution = 9;
 // No USB transfer is larger; a length beyond it is a broken file, not a reason to allocate.
 constexpr std::size_t kMaxBlockBytes = 64 << 20;
 constexpr std::size_t kMaxInterfaces = 1024;
@@ -48,7 +41,7 @@ CaptureReader::CaptureReader(const std::filesystem::path& path)
   if (!read(kClassicHeader)) broken("it is too short to be a capture");
   const auto magic_le = static_cast<std::uint32_t>(load_le(buffer_, 0, 4));
   const auto magic_be = static_cast<std::uint32_t>(load_be(buffer_, 0, 4));
-  if (magic_le == kSectionHeader) {
+  if (magic_le == pcapng::kSectionHeader) {
     step_back(kClassicHeader);
     return;
   }
@@ -90,11 +83,11 @@ std::optional<UsbPacket> CaptureReader::next() {
   while (read(kHead)) {
     auto type = static_cast<std::uint32_t>(number(buffer_, 0, 4));
     Bytes head = buffer_;
-    if (type == kSectionHeader) {
+    if (type == pcapng::kSectionHeader) {
       // Its length is in the byte order that only its first field tells.
       if (!read(kMagic)) return std::nullopt;
-      big_endian_ = load_be(buffer_, 0, 4) == kByteOrderMagic;
-      if (!big_endian_ && load_le(buffer_, 0, 4) != kByteOrderMagic) {
+      big_endian_ = load_be(buffer_, 0, 4) == pcapng::kByteOrderMagic;
+      if (!big_endian_ && load_le(buffer_, 0, 4) != pcapng::kByteOrderMagic) {
         broken("a section has no byte order");
       }
       step_back(kMagic);
@@ -114,16 +107,16 @@ std::optional<UsbPacket> CaptureReader::next() {
 }
 
 std::optional<UsbPacket> CaptureReader::packet_of_block(std::uint32_t type, ByteView body) {
-  if (type == kSectionHeader) {
+  if (type == pcapng::kSectionHeader) {
     section_header(body);
     return std::nullopt;
   }
-  if (type == kInterface) {
+  if (type == pcapng::kInterface) {
     interface(body);
     return std::nullopt;
   }
-  if (type == kSimplePacket) ++n_packets_;
-  if (type != kEnhancedPacket) return std::nullopt;
+  if (type == pcapng::kSimplePacket) ++n_packets_;
+  if (type != pcapng::kEnhancedPacket) return std::nullopt;
   ++n_packets_;
   constexpr std::size_t kPacketHead = 20;
   if (body.size() < kPacketHead) broken("a packet block is too short");
@@ -167,11 +160,11 @@ CaptureReader::Options CaptureReader::options(ByteView bytes) const {
     const auto code = static_cast<std::uint16_t>(number(bytes, 0, 2));
     const std::size_t length = number(bytes, 2, 2);
     const std::size_t padded = (length + 3) / 4 * 4;
-    if (code == kOptionEnd || padded > bytes.size() - kOptionHead) break;
+    if (code == pcapng::kOptionEnd || padded > bytes.size() - kOptionHead) break;
     const ByteView value = bytes.subspan(kOptionHead, length);
-    if (code == kOptionComment && found.comment.empty()) {
+    if (code == pcapng::kOptionComment && found.comment.empty()) {
       for (const std::byte b : value) found.comment += static_cast<char>(b);
-    } else if (code == kOptionTimeResolution && length >= 1) {
+    } else if (code == pcapng::kOptionTimeResolution && length >= 1) {
       const unsigned exponent = u8_at(value, 0) & 0x7F;
       const bool binary = (u8_at(value, 0) & 0x80) != 0;
       if (exponent > (binary ? 63U : 19U)) broken("an interface has an impossible time resolution");

@@ -4,16 +4,11 @@
 #include <cerrno>
 #include <system_error>
 
+#include "drivers/usb/pcapng_format.h"
+
 namespace reseau {
 namespace {
 
-// pcapng: draft-ietf-opsawg-pcapng, block types and options.
-constexpr std::uint32_t kSectionHeader = 0x0A0D0D0A;
-constexpr std::uint32_t kInterface = 1;
-constexpr std::uint32_t kEnhancedPacket = 6;
-constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
-constexpr std::uint16_t kOptionComment = 1;
-constexpr std::uint16_t kOptionApplication = 4;
 constexpr std::size_t kMaxOptionBytes = 0xFFFF;
 
 void pad_to_4(Bytes& bytes) {
@@ -45,20 +40,20 @@ PcapngWriter::PcapngWriter(const std::filesystem::path& path, const std::string&
                             "The recording " + path.string() + " cannot be written");
   }
   Bytes section;
-  append_le(section, 4, kByteOrderMagic);
+  append_le(section, 4, pcapng::kByteOrderMagic);
   append_le(section, 2, 1);  // version 1.0
   append_le(section, 2, 0);
   append_le(section, 8, ~std::uint64_t{0});  // section length not known
-  append_option(section, kOptionComment, comment);
-  append_option(section, kOptionApplication, "reseau " RESEAU_VERSION);
+  append_option(section, pcapng::kOptionComment, comment);
+  append_option(section, pcapng::kOptionApplication, "reseau " RESEAU_VERSION);
   append_end_of_options(section);
-  write_block(kSectionHeader, section);
+  write_block(pcapng::kSectionHeader, section);
 
   Bytes interface;
   append_le(interface, 2, kLinkUsbmon64);
   append_le(interface, 2, 0);
   append_le(interface, 4, 0);  // no limit of packet size
-  write_block(kInterface, interface);
+  write_block(pcapng::kInterface, interface);
 }
 
 void PcapngWriter::write(const UsbPacket& packet) {
@@ -74,10 +69,10 @@ void PcapngWriter::write(const UsbPacket& packet) {
   body.insert(body.end(), content.begin(), content.end());
   pad_to_4(body);
   if (!packet.comment.empty()) {
-    append_option(body, kOptionComment, packet.comment);
+    append_option(body, pcapng::kOptionComment, packet.comment);
     append_end_of_options(body);
   }
-  write_block(kEnhancedPacket, body);
+  write_block(pcapng::kEnhancedPacket, body);
 }
 
 void PcapngWriter::write_block(std::uint32_t type, const Bytes& body) {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/process.h"
-#include "tests/unit/capture/temp_dir.h"
+#include "tests/support/temp_dir.h"
 
 namespace reseau::testing {
 

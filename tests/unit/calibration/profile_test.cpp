@@ -1,7 +1,6 @@
 #include "calibration/profile/profile.h"
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -14,6 +13,7 @@
 
 #include "calibration/profile/profile_io.h"
 #include "core/base/error.h"
+#include "tests/support/temp_dir.h"
 
 namespace reseau {
 namespace {
@@ -49,24 +49,7 @@ Profile full_profile() {
   return profile;
 }
 
-class Folder {
- public:
-  Folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "reseau-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) std::abort();
-    path_ = pattern;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+using Folder = test::TempDir;
 
 std::string input_error(const std::function<void()>& action) {
   try {

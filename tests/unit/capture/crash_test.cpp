@@ -11,8 +11,8 @@
 #include "capture/image/picture_writer.h"
 #include "capture/image/scan_reader.h"
 #include "capture/store/master_writer.h"
+#include "tests/support/temp_dir.h"
 #include "tests/unit/capture/scan_fixture.h"
-#include "tests/unit/capture/temp_dir.h"
 
 namespace reseau {
 namespace {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
-#include "tests/unit/capture/temp_dir.h"
+#include "tests/support/temp_dir.h"
 
 namespace reseau {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "capture/store/master_xmp.h"
 #include "core/base/error.h"
+#include "tests/support/temp_dir.h"
 #include "tests/unit/capture/scan_fixture.h"
-#include "tests/unit/capture/temp_dir.h"
 
 namespace reseau {
 namespace {

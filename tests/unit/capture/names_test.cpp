@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
-#include "tests/unit/capture/temp_dir.h"
+#include "tests/support/temp_dir.h"
 
 namespace reseau {
 namespace {

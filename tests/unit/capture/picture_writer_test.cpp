@@ -11,7 +11,7 @@
 #include "capture/image/icc.h"
 #include "capture/image/view_encoding.h"
 #include "core/base/error.h"
-#include "tests/unit/capture/temp_dir.h"
+#include "tests/support/temp_dir.h"
 
 namespace reseau {
 namespace {

@@ -13,8 +13,8 @@
 #include "capture/image/icc.h"
 #include "capture/store/master_writer.h"
 #include "core/base/error.h"
+#include "tests/support/temp_dir.h"
 #include "tests/unit/capture/scan_fixture.h"
-#include "tests/unit/capture/temp_dir.h"
 
 namespace reseau {
 namespace {

@@ -5,7 +5,7 @@
 #include "capture/store/part_file.h"
 #include "capture/store/sha256.h"
 #include "core/base/error.h"
-#include "tests/unit/capture/temp_dir.h"
+#include "tests/support/temp_dir.h"
 
 namespace reseau {
 namespace {
