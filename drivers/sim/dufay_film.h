@@ -27,7 +27,7 @@ class DufayFilm final : public Film {
   [[nodiscard]] const FilmStrip& strip() const { return strip_; }
   [[nodiscard]] const DufayScreen& screen() const { return screen_; }
   [[nodiscard]] const ElementResponse& response() const { return response_; }
-  // Exact, whatever the bend, wobble or mirroring.
+  // For a perfect scanner; exact, whatever the bend or mirroring.
   [[nodiscard]] ScreenPoint screen_from_scan(double x, double y) const;
 
  private:

@@ -39,7 +39,6 @@ struct FilmSpec {
   FrameSpec frame;
   ScreenSpec screen;
   bool mirrored = false;  // film laid in emulsion side the other way
-  double wobble_px = 0;   // largest error of the stage along the motion (a third of it across)
   double fade = 0;        // 0 fresh dyes .. 1 grey elements
   std::uint64_t seed = 1;
 };

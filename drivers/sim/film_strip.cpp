@@ -10,15 +10,9 @@
 namespace reseau::sim {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr float kDarkBorder = 0.006F;  // density 2.2
 constexpr double kFrameEdgePx = 3.0;   // width of the transitions between rebate, border, picture
 constexpr double kLeaderPx = 240;      // film before the first frame and after the last
-
-// Stage errors of one lead screw: two incommensurate periods.
-double wobble(double y) {
-  return 0.6 * std::sin(2 * kPi * y / 211.0 + 0.4) + 0.4 * std::sin(2 * kPi * y / 53.0 + 1.9);
-}
 
 float edge_weight(double distance_px) {
   return smooth_step(static_cast<float>(distance_px / kFrameEdgePx));
@@ -42,10 +36,7 @@ FilmStrip::FilmStrip(const FilmSpec& spec)
 }
 
 FilmPoint FilmStrip::film_from_scan(double x, double y) const {
-  const double error = spec_.wobble_px == 0 ? 0.0 : spec_.wobble_px * wobble(y);
-  const double sideways = error / 3;
-  const double film_x = x + sideways;
-  return {spec_.mirrored ? spec_.frame.width_px - 1 - film_x : film_x, y + error};
+  return {spec_.mirrored ? spec_.frame.width_px - 1 - x : x, y};
 }
 
 bool FilmStrip::on_film(double y) const {
@@ -115,7 +106,6 @@ std::array<double, 3> FilmStrip::silver_at(double x, double y) const {
 
 std::vector<Patch> FilmStrip::patches() const {
   std::vector<Patch> result;
-  const double wobble_px = spec_.wobble_px;
   for (int k = 0; k < spec_.frame.n_frames; ++k) {
     const std::size_t scene = scenes_.size() == 1 ? 0 : static_cast<std::size_t>(k);
     for (Patch patch : scenes_[scene]->patches()) {
@@ -126,10 +116,10 @@ std::vector<Patch> FilmStrip::patches() const {
         left = mirror - (patch.x1 + margin_px_);
         right = mirror - (patch.x0 + margin_px_);
       }
-      patch.x0 = left + wobble_px;
-      patch.x1 = right - wobble_px;
-      patch.y0 += top + wobble_px;
-      patch.y1 += top - wobble_px;
+      patch.x0 = left;
+      patch.x1 = right;
+      patch.y0 += top;
+      patch.y1 += top;
       result.push_back(patch);
     }
   }

@@ -1,5 +1,5 @@
 // The silver of the film: one or more frames behind each other, each with its picture, border and
-// rebate, and where the stage really stands when it should be at y.
+// rebate.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ class FilmStrip {
  public:
   explicit FilmStrip(const FilmSpec& spec);
 
-  // Where on the film the scanner looks at scan position (x, y): stage error and mirroring undone.
+  // Where on the film a perfect scanner looks at scan position (x, y): mirroring undone.
   [[nodiscard]] FilmPoint film_from_scan(double x, double y) const;
   // Transmittance of the silver behind a red, green and blue element at scan positions (x0 + i, y).
   // Beyond the ends of the film it is 1; see on_film().

@@ -14,12 +14,13 @@ constexpr int kBandLines = 128;  // even: a two-line record never straddles two 
 
 ImageStream::ImageStream(const ScanLayout& layout, std::shared_ptr<const Film> film,
                          const OpticsSpec& optics, const SensorSpec& sensor, const SensorPass& pass,
-                         const ScanWindow& window, LookupTables tables)
+                         const ScanWindow& window, const ScanGeometry& geometry,
+                         LookupTables tables)
     : layout_(layout),
       sensor_(sensor),
       pass_(pass),
       tables_(std::move(tables)),
-      renderer_(std::move(film), optics, window) {}
+      renderer_(std::move(film), optics, window, geometry) {}
 
 ImageStream::~ImageStream() {
   if (ahead_.valid()) ahead_.wait();

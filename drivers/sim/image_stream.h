@@ -23,7 +23,7 @@ class ImageStream {
  public:
   ImageStream(const ScanLayout& layout, std::shared_ptr<const Film> film, const OpticsSpec& optics,
               const SensorSpec& sensor, const SensorPass& pass, const ScanWindow& window,
-              LookupTables tables);
+              const ScanGeometry& geometry, LookupTables tables);
   ~ImageStream();
   ImageStream(const ImageStream&) = delete;
   ImageStream& operator=(const ImageStream&) = delete;

@@ -12,6 +12,17 @@ struct OpticsSpec {
   int cells_per_px = 4;      // of the numerical integration
 };
 
+// Errors of the motion, in optical px on the film. All act on the nominal line positions.
+struct StageSpec {
+  double wobble_px = 0;       // largest error of a lead screw with two periods
+  double wave_px = 0;         // amplitude of a sine along the motion
+  double wave_lines = 225;    // lines per cycle of it
+  double wave_phase_deg = 0;  // at line 0
+  double sideways = 0;        // share of the sine that also displaces along the sensor
+  double jitter_px = 0;       // standard deviation of a line's own error
+  double walk_px = 0;         // standard deviation of the step of a random walk from line to line
+};
+
 struct SensorSpec {
   // Standard deviation at full scale, as a fraction of full scale: photon noise and a fifth of it
   // read noise.

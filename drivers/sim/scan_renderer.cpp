@@ -92,9 +92,10 @@ ScanRenderer::Kernel ScanRenderer::make_kernel(double sigma_px, double aperture_
 }
 
 ScanRenderer::ScanRenderer(std::shared_ptr<const Film> film, const OpticsSpec& optics,
-                           const ScanWindow& window)
+                           const ScanWindow& window, const ScanGeometry& geometry)
     : film_(std::move(film)),
       window_(window),
+      geometry_(geometry),
       cells_per_px_(cells_for_pitch(optics.cells_per_px, window.pitch)),
       point_rows_(window.pitch >= 16) {
   CHECK(film_ != nullptr && window.width_px > 0 && window.n_lines >= 0 && window.pitch >= 1);
@@ -121,7 +122,7 @@ void ScanRenderer::make_row(std::int64_t cell_row, RowCache& cache) const {
   const int begin = window_.x_px + active_begin_;
   const int first = floor_to_block(begin - reach_px_);
   const int end = floor_to_block(begin + n_active_ + reach_px_ + kBlockPx - 1);
-  film_->cells(y, first, end - first, cells_per_px_, cache.cells);
+  film_->cells(geometry_.place(0, y).y, first, end - first, cells_per_px_, cache.cells);
 
   std::vector<float>& row = cache.slots[slot];
   std::ranges::fill(row, 0.0F);

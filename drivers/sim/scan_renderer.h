@@ -11,6 +11,7 @@
 
 #include "drivers/sim/film.h"
 #include "drivers/sim/optics_spec.h"
+#include "drivers/sim/scan_geometry.h"
 
 namespace reseau::sim {
 
@@ -31,8 +32,8 @@ struct ScanWindow {
 // calls, nor on the number of threads.
 class ScanRenderer {
  public:
-  ScanRenderer(std::shared_ptr<const Film> film, const OpticsSpec& optics,
-               const ScanWindow& window);
+  ScanRenderer(std::shared_ptr<const Film> film, const OpticsSpec& optics, const ScanWindow& window,
+               const ScanGeometry& geometry = {});
 
   [[nodiscard]] const ScanWindow& window() const { return window_; }
   // Transmittances after the optics, without noise: [line][channel R G B IR][pixel].
@@ -50,6 +51,7 @@ class ScanRenderer {
 
   std::shared_ptr<const Film> film_;
   ScanWindow window_;
+  ScanGeometry geometry_;
   int cells_per_px_;
   bool point_rows_;  // so coarse a pitch that a line is a single row of cells
   std::array<Kernel, kChannels> kernels_;

@@ -72,7 +72,7 @@ const std::vector<Key>& number_keys() {
       {"mirrored", 0, 1, true, "film laid in the other way round",
        [](SimSpec& s, double v) { s.film.mirrored = v != 0; }},
       {"wobble_px", 0, 20, false, "largest error of the stage",
-       [](SimSpec& s, double v) { s.film.wobble_px = v; }},
+       [](SimSpec& s, double v) { s.stage.wobble_px = v; }},
       {"fade", 0, 1, false, "0 fresh dyes, 1 grey elements",
        [](SimSpec& s, double v) { s.film.fade = v; }},
       {"width_px", 16, 20000, true, "of a frame",

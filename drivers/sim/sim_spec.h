@@ -32,6 +32,7 @@ struct SimSpec {
   std::string model = "ls5000";
   FilmSpec film;
   OpticsSpec optics;
+  StageSpec stage;
   SensorSpec sensor;
   UnitSpec unit;
 };

@@ -8,26 +8,27 @@
 
 namespace reseau::sim {
 
-FilmTruth::FilmTruth(const FilmSpec& spec, const ScanWindow& window)
-    : spec_(spec), window_(window), strip_(std::make_unique<FilmStrip>(spec)) {
+FilmTruth::FilmTruth(const FilmSpec& spec, const ScanWindow& window, const ScanGeometry& geometry)
+    : spec_(spec), window_(window), geometry_(geometry), strip_(std::make_unique<FilmStrip>(spec)) {
   if (spec.kind == FilmKind::kDufay) dufay_ = std::make_unique<DufayFilm>(spec);
 }
 
-double FilmTruth::optical_x(double x) const {
-  return window_.x_px + x * window_.pitch + (window_.pitch - 1) / 2.0;
-}
-double FilmTruth::optical_y(double y) const {
-  return window_.y_px + y * window_.step() + (window_.pitch - 1) / 2.0;
+ScanPlace FilmTruth::optical(double x, double y) const {
+  const double shift = (window_.pitch - 1) / 2.0;
+  return geometry_.place(window_.x_px + x * window_.pitch + shift,
+                         window_.y_px + y * window_.step() + shift);
 }
 
 ScreenPoint FilmTruth::screen_from_scan(double x, double y) const {
   CHECK(dufay_ != nullptr);
-  return dufay_->screen_from_scan(optical_x(x), optical_y(y));
+  const ScanPlace at = optical(x, y);
+  return dufay_->screen_from_scan(at.x, at.y);
 }
 
 std::array<double, 3> FilmTruth::process_rgb(double x, double y) const {
   if (spec_.kind == FilmKind::kEmpty) return {1, 1, 1};
-  return strip_->silver_at(optical_x(x), optical_y(y));
+  const ScanPlace at = optical(x, y);
+  return strip_->silver_at(at.x, at.y);
 }
 
 void FilmTruth::process_row(double y, const RgbRow& out) const {
@@ -37,12 +38,12 @@ void FilmTruth::process_row(double y, const RgbRow& out) const {
     return;
   }
   if (window_.pitch == 1) {
-    strip_->silver_row(optical_y(y), optical_x(0), out);
+    const ScanPlace first = optical(0, y);
+    strip_->silver_row(first.y, first.x, out);
     return;
   }
   for (std::size_t i = 0; i < out.r.size(); ++i) {
-    const std::array<double, 3> rgb =
-        strip_->silver_at(optical_x(static_cast<double>(i)), optical_y(y));
+    const std::array<double, 3> rgb = process_rgb(static_cast<double>(i), y);
     for (std::size_t k = 0; k < 3; ++k) bands[k][i] = static_cast<float>(rgb[k]);
   }
 }
@@ -57,7 +58,13 @@ std::vector<Patch> FilmTruth::patches() const {
   std::vector<Patch> result;
   if (spec_.kind == FilmKind::kEmpty) return result;
   const double p = window_.pitch, step = window_.step(), shift = (window_.pitch - 1) / 2.0;
+  const ScanPlace error = geometry_.largest();
   for (Patch patch : strip_->patches()) {
+    // Displacements cost every side the largest of them.
+    patch.x0 += error.x;
+    patch.x1 -= error.x;
+    patch.y0 += error.y;
+    patch.y1 -= error.y;
     patch.x0 = std::max(0.0, (patch.x0 - window_.x_px - shift) / p);
     patch.x1 = std::min(window_.width_px - 1.0, (patch.x1 - window_.x_px - shift) / p);
     patch.y0 = std::max(0.0, (patch.y0 - window_.y_px - shift) / step);
@@ -87,7 +94,8 @@ SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window) {
   if (window.width_px < 1 || window.n_lines < 1 || window.pitch < 1) {
     throw InputError("A simulated scan needs at least one pixel, one line and a pitch of 1.");
   }
-  const ScanRenderer renderer(make_film(spec.film), spec.optics, window);
+  const ScanGeometry geometry(spec.stage, spec.film.seed);
+  const ScanRenderer renderer(make_film(spec.film), spec.optics, window, geometry);
   LineFormat format;
   format.width_px = window.width_px;
   format.n_lines = window.n_lines;
@@ -116,7 +124,7 @@ SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window) {
       v = static_cast<std::uint16_t>((static_cast<int>(v) * 65535LL + full / 2) / full);
     }
   }
-  return {std::move(format), std::move(samples), FilmTruth(spec.film, window)};
+  return {std::move(format), std::move(samples), FilmTruth(spec.film, window, geometry)};
 }
 
 SimulatedScan simulate_frame(const SimSpec& spec) {

@@ -18,7 +18,8 @@ namespace reseau::sim {
 // window, (0, 0) the centre of the first. Immutable, thread-safe.
 class FilmTruth {
  public:
-  FilmTruth(const FilmSpec& spec, const ScanWindow& window);
+  // Under a perfect scanner, or under one whose geometry is known.
+  FilmTruth(const FilmSpec& spec, const ScanWindow& window, const ScanGeometry& geometry = {});
 
   // False for film=none and film=empty: then there is no réseau.
   [[nodiscard]] bool has_screen() const { return dufay_ != nullptr; }
@@ -38,10 +39,11 @@ class FilmTruth {
   [[nodiscard]] const FilmSpec& spec() const { return spec_; }
 
  private:
-  [[nodiscard]] double optical_x(double x) const;
-  [[nodiscard]] double optical_y(double y) const;
+  // Where a perfect scanner would see what delivered pixel (x, y) sees.
+  [[nodiscard]] ScanPlace optical(double x, double y) const;
   FilmSpec spec_;
   ScanWindow window_;
+  ScanGeometry geometry_;
   std::unique_ptr<FilmStrip> strip_;
   std::unique_ptr<DufayFilm> dufay_;
 };

@@ -136,7 +136,8 @@ Sense Unit::start_scan(const ScanLayout& layout) {
     pass.level[c] =
         spec_.sensor.clear_level * layout.exposure[c] / model_->white_balance_exposure[c];
   }
-  stream_ = std::make_unique<ImageStream>(layout, film_, optics, sensor, pass, window, luts_);
+  stream_ = std::make_unique<ImageStream>(layout, film_, optics, sensor, pass, window,
+                                          ScanGeometry(spec_.stage, spec_.film.seed), luts_);
   operation_ = Operation{kOperationRuns, spec_.unit.busy_polls, 0};
   return kGood;
 }
