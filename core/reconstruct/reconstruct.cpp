@@ -5,11 +5,10 @@
 #include <cmath>
 
 #include <Eigen/Dense>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "core/reconstruct/blurred_cell.h"
 #include "core/reconstruct/element_field.h"
 #include "core/reconstruct/sharpness.h"
@@ -196,11 +195,11 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   const LineFormat& format = source.format();
   const int height = source.committed();
   ReconstructionReport report;
-  tbb::task_arena arena(options.n_threads > 0 ? options.n_threads : tbb::task_arena::automatic);
 
   auto start = Clock::now();
-  const Sharpness sharpness =
-      arena.execute([&] { return measure_sharpness(source, registration, options.tone, stop); });
+  Sharpness sharpness;
+  with_threads(options.n_threads,
+               [&] { sharpness = measure_sharpness(source, registration, options.tone, stop); });
   report.sharpness = sharpness.report;
   report.seconds_sharpness = seconds_since(start);
 
@@ -242,14 +241,14 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
     picture.resize(static_cast<std::size_t>(end - first) * static_cast<std::size_t>(width) * 3);
     const int n_bands = (end - first + kTileHeight - 1) / kTileHeight;
     std::vector<std::array<std::size_t, 4>> band_clipped(static_cast<std::size_t>(n_bands));
-    arena.execute([&] {
-      tbb::parallel_for(0, n_bands, [&](int band) {
+    with_threads(options.n_threads, [&] {
+      parallel_for(n_bands, [&](int band) {
         const int y0 = first + band * kTileHeight, y1 = std::min(height, y0 + kTileHeight);
         const int top = std::max(0, y0 - setup.margin_px),
                   bottom = std::min(height, y1 + setup.margin_px);
         const std::vector<float> silver = silver_rows(
             setup, top, bottom - top, &band_clipped[static_cast<std::size_t>(band)], y0, y1);
-        tbb::parallel_for(0, n_tiles_x, [&](int tile) {
+        parallel_for(n_tiles_x, [&](int tile) {
           const int x0 = tile * kTileWidth, x1 = std::min(width, x0 + kTileWidth);
           render_tile(setup, silver, top, bottom - top, x0, x1, y0, y1,
                       picture.data() + static_cast<std::ptrdiff_t>(y0 - first) * width * 3);

@@ -4,11 +4,9 @@
 #include <numbers>
 #include <optional>
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "core/reconstruct/reconstruct.h"
 #include "core/screen/cell_moments.h"
 #include "core/screen/lattice_search.h"
@@ -127,7 +125,7 @@ class Tracker {
 
   void accumulate(CellGrid& cells, int begin, int end) {
     const int n_tasks = (end - begin + kTaskRows - 1) / kTaskRows;
-    tbb::parallel_for(0, n_tasks, [&](int task) {
+    parallel_for(n_tasks, [&](int task) {
       LinearReader reader(source_, options_.tone);
       reader.set_silver_from_rgb(weights_);
       LinearRows rows;
@@ -239,8 +237,7 @@ Registration register_screen(const LineSource& source, const RegisterOptions& op
   }
   const auto start = std::chrono::steady_clock::now();
   Registration result;
-  tbb::task_arena arena(options.n_threads > 0 ? options.n_threads : tbb::task_arena::automatic);
-  arena.execute([&] { result = Tracker(source, options, progress, stop).run(); });
+  with_threads(options.n_threads, [&] { result = Tracker(source, options, progress, stop).run(); });
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (progress) progress(1.0);
   return result;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include <Eigen/Dense>
-#include <tbb/parallel_for.h>
 
+#include "core/base/parallel.h"
 #include "core/screen/element_model.h"
 #include "core/screen/lattice_search.h"
 #include "core/screen/linear_rows.h"
@@ -57,7 +57,8 @@ std::vector<ScreenTile> measure_tiles(const LineSource& source, const Registrati
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (i == 0 || places[i].y != places[i - 1].y) row_starts.push_back(i);
   }
-  tbb::parallel_for(std::size_t{0}, row_starts.size(), [&](std::size_t r) {
+  parallel_for(static_cast<int>(row_starts.size()), [&](int row) {
+    const auto r = static_cast<std::size_t>(row);
     if (stop.stop_requested()) return;
     LinearReader reader(source, tone);
     LinearRows rows;

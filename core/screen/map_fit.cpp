@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include <Eigen/Dense>
-#include <tbb/parallel_invoke.h>
 
+#include "core/base/parallel.h"
 #include "core/screen/spline_surface.h"
 
 namespace reseau {
@@ -144,8 +144,10 @@ MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height
         residuals[i] = samples[i].s_in_screen - affine(samples[i].p_in_scan);
       }
     } else {
-      tbb::parallel_invoke([&] { surface_u = fit_surface(u, width_px, height_px, levels); },
-                           [&] { surface_v = fit_surface(v, width_px, height_px, levels); });
+      parallel_for(2, [&](int direction) {
+        if (direction == 0) surface_u = fit_surface(u, width_px, height_px, levels);
+        if (direction == 1) surface_v = fit_surface(v, width_px, height_px, levels);
+      });
       for (std::size_t i = 0; i < samples.size(); ++i) {
         residuals[i] = {u.values[i] - surface_u.at(samples[i].p_in_scan),
                         v.values[i] - surface_v.at(samples[i].p_in_scan)};

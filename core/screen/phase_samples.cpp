@@ -5,7 +5,7 @@
 #include <queue>
 #include <utility>
 
-#include <tbb/parallel_for.h>
+#include "core/base/parallel.h"
 
 namespace reseau {
 namespace {
@@ -152,7 +152,7 @@ std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap&
   // Where the map puts the centre of each cell, once for all windows that share it.
   std::vector<Vec2> screen(static_cast<std::size_t>(cells.n_columns()) *
                            static_cast<std::size_t>(cells.n_rows()));
-  tbb::parallel_for(0, cells.n_rows(), [&](int r) {
+  parallel_for(cells.n_rows(), [&](int r) {
     for (int c = 0; c < cells.n_columns(); ++c) {
       screen[static_cast<std::size_t>(r) * static_cast<std::size_t>(cells.n_columns()) +
              static_cast<std::size_t>(c)] = map.screen_from_scan(cells.center(c, r));
@@ -164,7 +164,7 @@ std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap&
     return screen[r * static_cast<std::size_t>(cells.n_columns()) + c];
   };
   std::vector<std::vector<PhaseSample>> rows(static_cast<std::size_t>(ny));
-  tbb::parallel_for(0, ny, [&](int j) {
+  parallel_for(ny, [&](int j) {
     for (int i = 0; i < nx; ++i) {
       const int column = std::min(i * stride + stride / 2, cells.n_columns() - 1);
       const int row = std::min(j * stride + stride / 2, cells.n_rows() - 1);
@@ -183,7 +183,7 @@ std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap&
 
 bool pooled_series(const CellGrid& cells, const ScreenMap& map, ColorSeries& series) {
   std::vector<Moments> rows(static_cast<std::size_t>(cells.n_rows()));
-  tbb::parallel_for(0, cells.n_rows(), [&](int r) {
+  parallel_for(cells.n_rows(), [&](int r) {
     for (int c = 0; c < cells.n_columns(); ++c) {
       if (!(cells.light(c, r) > 0)) continue;
       const Vec2 p = cells.center(c, r);

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <tbb/parallel_for.h>
+#include "core/base/parallel.h"
 
 namespace reseau {
 namespace {
@@ -280,7 +280,8 @@ void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int w
   for (std::size_t level = 0; level < levels.spacing_px.size(); ++level) {
     const SplineSurface grid = make_grid(levels.spacing_px[level], width_px, height_px);
     std::vector<std::array<std::vector<double>, kStiffness.size()>> after(tasks.size());
-    tbb::parallel_for(std::size_t{0}, tasks.size() * kStiffness.size(), [&](std::size_t k) {
+    parallel_for(static_cast<int>(tasks.size() * kStiffness.size()), [&](int trial) {
+      const auto k = static_cast<std::size_t>(trial);
       const Task& task = tasks[k / kStiffness.size()];
       SplineSurface surface = grid;
       surface.coefficients = correction(grid, *task.samples, task.residual, task.weights,

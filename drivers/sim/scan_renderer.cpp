@@ -4,10 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 
 namespace reseau::sim {
 namespace {
@@ -179,12 +177,13 @@ void ScanRenderer::transmittance(int first_line, int n_lines, std::span<float> o
       static_cast<std::size_t>(kChannels) * static_cast<std::size_t>(window_.width_px);
   CHECK(first_line >= 0 && n_lines >= 0 && first_line + n_lines <= window_.n_lines);
   CHECK(out.size() == per_line * static_cast<std::size_t>(n_lines));
-  const auto work = [&](const tbb::blocked_range<int>& range) {
-    convolve_rows(
-        first_line + range.begin(), range.size() > 0 ? static_cast<int>(range.size()) : 0,
-        out.subspan(per_line * static_cast<std::size_t>(range.begin()), per_line * range.size()));
-  };
-  tbb::parallel_for(tbb::blocked_range<int>(0, n_lines, kLinesPerTask), work);
+  const int n_tasks = (n_lines + kLinesPerTask - 1) / kLinesPerTask;
+  parallel_for(n_tasks, [&](int task) {
+    const int begin = task * kLinesPerTask, n = std::min(kLinesPerTask, n_lines - begin);
+    convolve_rows(first_line + begin, n,
+                  out.subspan(per_line * static_cast<std::size_t>(begin),
+                              per_line * static_cast<std::size_t>(n)));
+  });
 }
 
 }  // namespace reseau::sim

@@ -31,6 +31,7 @@ INCLUDE_TABLE = [
 # Headers of libraries and systems: (header, the files that may include it, the reason).
 HEADER_RULES = [
     (r"libusb.*", r"drivers/usb/libusb_transport\.cpp$", "libusb is used in one file only"),
+    (r"tbb/.*", r"core/base/parallel\.cpp$", "oneTBB is used in one file only: core/base/parallel.h"),
     (r"(ceres|glog)/.*", r"(calibration/(?!profile/).*\.cpp|tests/.*)$",
      "Ceres is used in .cpp files of calibration only"),
     (r"fstream|iostream|filesystem|fcntl\.h|unistd\.h|stdio\.h|sys/.*",
