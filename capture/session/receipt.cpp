@@ -175,10 +175,6 @@ void add_development(ordered_json& object, const Receipt& receipt) {
 
 }  // namespace
 
-std::string space_word(OutputSpace space) {
-  constexpr std::array kWords{"process", "xyz", "srgb-linear"};
-  return kWords[static_cast<std::size_t>(space)];
-}
 
 std::string balance_word(Balance balance) {
   constexpr std::array kWords{"none", "brightness", "neutral", "bradford"};

@@ -59,7 +59,6 @@ void write_json_file(const nlohmann::ordered_json& object, const std::filesystem
 [[nodiscard]] nlohmann::ordered_json registration_to_json(const Registration& registration);
 
 // "linear sRGB" and the like: the words of the command line.
-[[nodiscard]] std::string space_word(OutputSpace space);
 [[nodiscard]] std::string balance_word(Balance balance);
 
 }  // namespace reseau

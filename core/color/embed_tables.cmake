@@ -21,3 +21,14 @@ function(embed_tables output_root)
     file(CONFIGURE OUTPUT "${output_root}/core/${include_name}" CONTENT "${text}" @ONLY)
   endforeach()
 endfunction()
+
+# embed_texts(OUTPUT_ROOT FILES...): each data/NAME.csv as one string literal,
+# OUTPUT_ROOT/core/color/data/NAME.text.inc, for tables that are parsed like a person's own.
+function(embed_texts output_root)
+  foreach(file IN LISTS ARGN)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/${file}")
+    file(READ "${CMAKE_CURRENT_SOURCE_DIR}/${file}" text)
+    string(REGEX REPLACE "\\.csv$" ".text.inc" include_name "${file}")
+    file(CONFIGURE OUTPUT "${output_root}/core/${include_name}" CONTENT "R\"csv(${text})csv\"" @ONLY)
+  endforeach()
+endfunction()

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/color/adaptation.h"
+#include "core/color/tables.h"
 
 namespace reseau {
 namespace {
@@ -26,15 +29,34 @@ Matrix3 xyz_from_rgb(const Chromaticities& space) {
   return scale_columns(directions, multiply(inverse(directions), white));
 }
 
-Chromaticities srgb_chromaticities() {
-  return {{{{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}, {0.3127, 0.3290}}}};
+Chromaticities rgb_space_chromaticities(std::string_view space) {
+  const auto table = rgb_space_table();
+  const auto row = std::find_if(table.begin(), table.end(),
+                                [space](const RgbSpaceRow& r) { return r.space == space; });
+  CHECK(row != table.end());
+  return {{{{row->red_x, row->red_y},
+            {row->green_x, row->green_y},
+            {row->blue_x, row->blue_y},
+            {row->white_x, row->white_y}}}};
 }
 
-Matrix3 srgb_from_xyz_d65() {
-  const Chromaticities srgb = srgb_chromaticities();
-  const Xyz srgb_white = xyz_from_chromaticity(srgb.xy[3], 1.0);
-  return multiply(inverse(xyz_from_rgb(srgb)),
-                  bradford_target_from_source(white_of(Illuminant::kD65), srgb_white));
+Chromaticities srgb_chromaticities() { return rgb_space_chromaticities("srgb-linear"); }
+
+Matrix3 rgb_from_xyz_d65(const Chromaticities& space) {
+  return multiply(inverse(xyz_from_rgb(space)),
+                  bradford_target_from_source(white_of(Illuminant::kD65),
+                                              xyz_from_chromaticity(space.xy[3], 1.0)));
+}
+
+Matrix3 srgb_from_xyz_d65() { return rgb_from_xyz_d65(srgb_chromaticities()); }
+
+Matrix3 xyz_d65_from_file(const Chromaticities& space,
+                          const std::optional<Chromaticity>& adopted_neutral) {
+  const Matrix3 xyz = xyz_from_rgb(space);
+  if (!adopted_neutral) return xyz;
+  return multiply(bradford_target_from_source(xyz_from_chromaticity(*adopted_neutral, 1.0),
+                                              white_of(Illuminant::kD65)),
+                  xyz);
 }
 
 double srgb_encode(double linear) {
@@ -58,24 +80,49 @@ bool in_gamut(const Rgb& rgb) {
   return std::all_of(rgb.begin(), rgb.end(), [](double v) { return v >= 0 && v <= 1; });
 }
 
-Rgb desaturate_into_gamut(const Rgb& rgb) {
-  if (in_gamut(rgb)) {
-    return rgb;
-  }
-  const double grey = std::clamp(srgb_luminance(rgb), 0.0, 1.0);
-  double keep = 1;  // share of the distance from grey that still fits
+namespace {
+
+// Share of the way from `grey` to `rgb` that lies within 0..1; above 1 for colours inside.
+double way_to_border(const Rgb& rgb, double grey) {
+  double way = std::numeric_limits<double>::infinity();
   for (const double v : rgb) {
-    if (v > 1) {
-      keep = std::min(keep, (1 - grey) / (v - grey));
-    } else if (v < 0) {
-      keep = std::min(keep, grey / (grey - v));
+    if (v > grey) {
+      way = std::min(way, (1 - grey) / (v - grey));
+    } else if (v < grey) {
+      way = std::min(way, grey / (grey - v));
     }
   }
+  return way;
+}
+
+Rgb towards_grey(const Rgb& rgb, double grey, double keep) {
   Rgb out{};
   for (std::size_t i = 0; i < 3; ++i) {
     out[i] = std::clamp(grey + keep * (rgb[i] - grey), 0.0, 1.0);
   }
   return out;
+}
+
+}  // namespace
+
+Rgb desaturate_into_gamut(const Rgb& rgb) {
+  if (in_gamut(rgb)) {
+    return rgb;
+  }
+  const double grey = std::clamp(srgb_luminance(rgb), 0.0, 1.0);
+  return towards_grey(rgb, grey, std::min(1.0, way_to_border(rgb, grey)));
+}
+
+Rgb compress_into_gamut(const Rgb& rgb) {
+  constexpr double kShoulder = 0.8;
+  const double luminance = srgb_luminance(rgb);
+  const double grey = std::clamp(luminance, 0.0, 1.0);
+  const double distance = 1 / way_to_border(rgb, grey);  // 1 on the border
+  if (distance <= kShoulder && luminance == grey) return rgb;
+  if (!std::isfinite(distance)) return {grey, grey, grey};
+  const double beyond = std::max(0.0, distance - kShoulder) / (1 - kShoulder);
+  const double kept = std::min(distance, kShoulder) + (1 - kShoulder) * beyond / (1 + beyond);
+  return towards_grey(rgb, grey, distance > 0 ? kept / distance : 1.0);
 }
 
 }  // namespace reseau

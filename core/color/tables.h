@@ -3,22 +3,17 @@
 #pragma once
 
 #include <span>
+#include <string_view>
 
 namespace reseau {
 
-// Words are literals: `element` is "red", "green" or "blue".
-struct SpectrumRow {
-  const char* element;
-  double wavelength_nm;
-  double transmittance_percent;
+// A whole file of data/ as text, for parse_primary_sets() and parse_dye_table().
+struct DataText {
+  const char* name;   // of the set, as `--primaries` knows it; of the file where it holds several
+  const char* about;  // what the table describes, a few words
+  std::string_view text;
 };
-struct ChromaticityRow {
-  const char* set;
-  const char* element;
-  double x, y;
-  double luminance;        // Y of the full element, fraction
-  const char* illuminant;  // under which it was stated
-};
+// Words below are literals.
 struct ObserverRow {
   double wavelength_nm;
   double xbar, ybar, zbar;
@@ -32,25 +27,33 @@ struct DaylightRow {
   double s0, s1, s2;
 };
 struct GeometryRow {
-  const char* element;
+  const char* element;     // "red", "green" or "blue"
   double across_lines_um;  // across the red lines
   double along_lines_um;
 };
 
-// Spectra of one printed source: all rows of red, then green, then blue in any order, wavelengths
-// rising within an element.
-struct SpectrumTable {
-  const char* name;      // as `--primaries` knows it
-  const char* citation;  // the printed source, short
-  std::span<const SpectrumRow> rows;
+struct AreaRow {
+  const char* screen;
+  double red_percent, green_percent, blue_percent;
+};
+struct ConeRow {
+  const char* transform;
+  double x, y, z;
+};
+struct RgbSpaceRow {
+  const char* space;
+  double red_x, red_y, green_x, green_y, blue_x, blue_y, white_x, white_y;
 };
 
-[[nodiscard]] std::span<const SpectrumTable> spectrum_tables();
-[[nodiscard]] std::span<const ChromaticityRow> chromaticity_table();
+[[nodiscard]] std::span<const DataText> set_texts();  // spectra and chromaticities of elements
+[[nodiscard]] std::span<const DataText> dye_texts();
 [[nodiscard]] std::span<const ObserverRow> observer_table_1nm();   // 360..830 nm
 [[nodiscard]] std::span<const ObserverRow> observer_table_5nm();   // 380..780 nm
 [[nodiscard]] std::span<const IlluminantRow> illuminant_table();   // 380..780 nm, 5 nm
 [[nodiscard]] std::span<const DaylightRow> daylight_table();       // 300..830 nm, 10 nm
 [[nodiscard]] std::span<const GeometryRow> dufaycolor_geometry();  // red, green, blue
+[[nodiscard]] std::span<const AreaRow> area_table();
+[[nodiscard]] std::span<const ConeRow> cone_table();  // three rows per transform
+[[nodiscard]] std::span<const RgbSpaceRow> rgb_space_table();
 
 }  // namespace reseau

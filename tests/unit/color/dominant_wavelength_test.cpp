@@ -39,6 +39,28 @@ TEST(DominantWavelength, OfALocusPointIsItsOwn) {
   EXPECT_NEAR(dominant_wavelength_nm(at_520, kE, o).value(), 520, 1e-9);
 }
 
+// A locus that folds back on itself: the ray along x crosses it at 0.5, 0.8 and 0.6. The outermost
+// crossing counts, whichever comes first or last along the wavelengths.
+TEST(DominantWavelength, IsThatOfTheOutermostCrossing) {
+  const std::vector<Chromaticity> points{{0.5, 0.2}, {0.5, 0.0}, {0.8, 0.0},
+                                         {0.8, 0.2}, {0.6, 0.2}, {0.6, 0.0}};
+  const auto observer_of_points = [](const std::vector<Chromaticity>& locus) {
+    Observer observer;
+    observer.grid = {400, 10, static_cast<int>(locus.size())};
+    for (const Chromaticity& c : locus) {
+      observer.xbar.push_back(c[0]);
+      observer.ybar.push_back(c[1]);
+      observer.zbar.push_back(1 - c[0] - c[1]);
+    }
+    return observer;
+  };
+  const Chromaticity white{0.3, 0.1}, color{0.4, 0.1};
+  EXPECT_NEAR(dominant_wavelength_nm(color, white, observer_of_points(points)).value(), 425, 1e-9);
+  const std::vector<Chromaticity> backwards(points.rbegin(), points.rend());
+  EXPECT_NEAR(dominant_wavelength_nm(color, white, observer_of_points(backwards)).value(), 425,
+              1e-9);
+}
+
 TEST(DominantWavelength, IsAbsentForPurplesAndForWhite) {
   EXPECT_FALSE(dominant_wavelength_nm({0.35, 0.15}, kE, observer_5nm()).has_value());
   EXPECT_FALSE(dominant_wavelength_nm(kE, kE, observer_5nm()).has_value());

@@ -13,11 +13,24 @@
 namespace reseau {
 namespace {
 
-TEST(PrimarySets, AreSevenAndTheDefaultStandsFirst) {
-  EXPECT_EQ(primary_set_names(),
+TEST(PrimarySets, ThoseOfThePaperStandFirst) {
+  const auto names = primary_set_names();
+  ASSERT_EQ(names.size(), 24u);
+  EXPECT_EQ(std::vector<std::string>(names.begin(), names.begin() + 7),
             (std::vector<std::string>{"cornwell-clyne-1951", "harrison-horner-1939",
                                       "collins-giles-1952", "neblette-1952",
                                       "cornwell-clyne-1951-tab1", "hubicka-2025", "srgb"}));
+}
+
+TEST(PrimarySets, EachNamesItsSource) {
+  for (const PrimarySet& set : primary_sets()) {
+    EXPECT_NE(set.source.find("Source"), std::string::npos) << set.name;
+    EXPECT_NE(set.source.find("Quantity"), std::string::npos) << set.name;
+    EXPECT_FALSE(set.about.empty()) << set.name;
+    EXPECT_NE(set.charts.has_value(), set.stated.has_value()) << set.name;
+  }
+  ASSERT_EQ(dye_tables().size(), 1u);
+  EXPECT_EQ(dye_tables().front().dyes.size(), 11u);
 }
 
 TEST(PrimarySets, AnUnknownNameIsRefusedWithTheKnownOnes) {
@@ -32,14 +45,18 @@ TEST(PrimarySets, AnUnknownNameIsRefusedWithTheKnownOnes) {
   }
 }
 
-TEST(PrimarySets, SpectraLieInTheVisibleAndInRange) {
-  for (const SpectrumTable& table : spectrum_tables()) {
-    EXPECT_GT(table.rows.size(), 100u) << table.name;
-    for (const SpectrumRow& row : table.rows) {
-      EXPECT_GE(row.wavelength_nm, 398) << table.name;
-      EXPECT_LE(row.wavelength_nm, 721) << table.name;
-      EXPECT_GE(row.transmittance_percent, -0.3) << table.name;
-      EXPECT_LE(row.transmittance_percent, 100) << table.name;
+TEST(PrimarySets, SpectraOfDufaycolorLieInTheVisibleAndInRange) {
+  for (const char* name :
+       {"cornwell-clyne-1951", "harrison-horner-1939", "collins-giles-1952", "neblette-1952"}) {
+    const PrimarySet& set = find_primary_set(name);
+    for (const auto& points : set.charts.value().points) {
+      EXPECT_GT(points.size(), 35u) << name;
+      for (const ChartPoint& point : points) {
+        EXPECT_GE(point.wavelength_nm, 398) << name;
+        EXPECT_LE(point.wavelength_nm, 721) << name;
+        EXPECT_GE(point.value, -0.003) << name;
+        EXPECT_LE(point.value, 1) << name;
+      }
     }
   }
 }
@@ -86,7 +103,7 @@ TEST(ElementPrimaries, AgreeWithTheReferenceTable) {
     const int element = row.at("element") == "red" ? 0 : row.at("element") == "green" ? 1 : 2;
     const Xyz xyz = column(element_primaries(row.at("set"), light), element);
     const Chromaticity xy = chromaticity_of(xyz);
-    EXPECT_NEAR(xy[0], number(row, "x"), 2e-5);
+    EXPECT_NEAR(xy[0], number(row, "x"), 2e-5) << row.at("set");
     EXPECT_NEAR(xy[1], number(row, "y"), 2e-5);
     EXPECT_NEAR(xyz[1], number(row, "Y"), 2e-5);
     const auto nm = dominant_wavelength_nm(xy, chromaticity_of(white_of(light)), observer_5nm());
@@ -96,7 +113,7 @@ TEST(ElementPrimaries, AgreeWithTheReferenceTable) {
     }
     ++compared;
   }
-  EXPECT_EQ(compared, 4 * 6 * 3);
+  EXPECT_EQ(compared, 11 * 6 * 3);
 }
 
 // Printed as 42.1, 26.5 and 31.4 percent.
