@@ -18,11 +18,6 @@ void DevelopChoice::add_to(CLI::App& app) {
   app.add_option("--geometry", geometry, "scan: size and orientation of the scan (default)")
       ->check(CLI::IsMember({"scan"}))
       ->group(group);
-  app.add_option("--space", space, "process, xyz or srgb-linear (default)")->group(group);
-  app.add_option("--primaries", primaries, "Colours of the elements; see 'reseau colour list'")
-      ->group(group);
-  app.add_option("--balance", balance, "none, brightness, neutral (default) or bradford")
-      ->group(group);
   app.add_option("--quality", quality, "draft, standard (default) or best")
       ->check(CLI::IsMember({"draft", "standard", "best"}))
       ->group(group);
@@ -33,6 +28,10 @@ void DevelopChoice::add_to(CLI::App& app) {
       ->check(CLI::Range(0, 1024))
       ->group(group);
   app.add_flag("--exact", exact, "No shortcut that changes a pixel")->group(group);
+  color.add_to(app);
+  app.add_option("--view-gamut", view_gamut,
+                 "Colours outside sRGB in the view copies: clip (default) or perceptual")
+      ->group(group);
   app.add_flag("--no-view", no_view, "Only the EXR, no PNG and TIFF copies for viewing")
       ->group(group);
 }
@@ -45,11 +44,8 @@ DevelopOptions DevelopChoice::resolve(Reporter& reporter) const {
         white_level));
   }
   DevelopOptions options;
-  options.space = parse_output_space(space);
-  options.balance = parse_balance(balance);
-  options.primaries = primaries.empty() ? primary_set_names().front() : primaries;
-  // Fails now for a name that nobody knows.
-  static_cast<void>(make_color_model(options.primaries, options.balance, options.space));
+  options.color = color.resolve(reporter);
+  options.view_gamut = parse_view_gamut(view_gamut);
   options.white_level = white_level;
   options.n_threads = n_threads;
   options.exact = exact;

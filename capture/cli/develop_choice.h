@@ -6,15 +6,15 @@
 
 #include <CLI/App.hpp>
 
+#include "capture/cli/color_choice.h"
 #include "capture/cli/reporter.h"
 #include "capture/session/develop.h"
 
 namespace reseau::cli {
 
 struct DevelopChoice {
-  std::string space = "srgb-linear";
-  std::string primaries;
-  std::string balance = "neutral";
+  ColorChoice color;
+  std::string view_gamut = "clip";
   std::string quality = "standard";
   std::string geometry = "scan";
   double white_level = 1.0;

@@ -27,6 +27,8 @@ struct ExrOptions {
   ExrCompression compression = ExrCompression::kNone;
   Existing existing = Existing::kRefuse;
   std::optional<Chromaticities> chromaticities;
+  std::optional<Chromaticity> adopted_neutral;  // x, y that should look neutral
+  std::optional<double> white_luminance;        // of (1, 1, 1) [cd/m2]
   // Custom attributes (strings): provenance. Names are prefixed with "reseau." by the caller.
   std::vector<std::pair<std::string, std::string>> attributes;
 };
@@ -71,6 +73,7 @@ class ExrReader {
   [[nodiscard]] int width_px() const;
   [[nodiscard]] int height_px() const;
   [[nodiscard]] std::optional<Chromaticities> chromaticities() const;
+  [[nodiscard]] std::optional<Chromaticity> adopted_neutral() const;
   // Value of a string attribute, or nothing.
   [[nodiscard]] std::optional<std::string> attribute(const std::string& name) const;
   // [row][pixel][channel] in the order of the constructor. Throws InputError for damaged data.

@@ -134,6 +134,13 @@ std::optional<Chromaticities> ExrReader::chromaticities() const {
   return to;
 }
 
+std::optional<Chromaticity> ExrReader::adopted_neutral() const {
+  const auto& header = state_->input->header();
+  if (!Imf::hasAdoptedNeutral(header)) return std::nullopt;
+  const IMATH_NAMESPACE::V2f& xy = Imf::adoptedNeutral(header);
+  return Chromaticity{static_cast<double>(xy.x), static_cast<double>(xy.y)};
+}
+
 std::optional<std::string> ExrReader::attribute(const std::string& name) const {
   const auto* found =
       state_->input->header().findTypedAttribute<Imf::StringAttribute>(name.c_str());

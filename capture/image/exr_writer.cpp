@@ -58,6 +58,13 @@ Imf::Header make_header(int width_px, int height_px, const std::vector<std::stri
     };
     Imf::addChromaticities(header, Imf::Chromaticities(point(0), point(1), point(2), point(3)));
   }
+  if (options.adopted_neutral) {
+    Imf::addAdoptedNeutral(header, {static_cast<float>((*options.adopted_neutral)[0]),
+                                    static_cast<float>((*options.adopted_neutral)[1])});
+  }
+  if (options.white_luminance) {
+    Imf::addWhiteLuminance(header, static_cast<float>(*options.white_luminance));
+  }
   for (const auto& [name, value] : options.attributes) {
     header.insert(name, Imf::StringAttribute(value));
   }

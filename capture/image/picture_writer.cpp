@@ -29,7 +29,7 @@ double automatic_exposure(double luminance) {
 class TiffView {
  public:
   TiffView(const std::filesystem::path& path, Existing existing, int width_px, int height_px,
-           double dpi)
+           double dpi, ViewGamut gamut)
       : file_(path, PartFile::Kind::kScratch, existing) {
     LineFormat format;
     format.width_px = width_px;
@@ -37,7 +37,9 @@ class TiffView {
     format.channels = {Channel::kRed, Channel::kGreen, Channel::kBlue};
     format.x_dpi = format.y_dpi = dpi;
     MasterTags tags;
-    tags.description = "View copy, sRGB; colours outside sRGB are clipped.";
+    tags.description = gamut == ViewGamut::kClip
+                           ? "View copy, sRGB; colours outside sRGB are clipped."
+                           : "View copy, sRGB; colours outside sRGB are compressed into it.";
     tags.software = "reseau " RESEAU_VERSION;
     tags.icc = srgb_icc();
     layout_ = plan_master(format, std::move(tags), kClassicTiffLimit);
@@ -86,7 +88,7 @@ struct PictureWriter::State {
 
   void write_views() {
     ExrReader reader(options.exr);
-    const ViewEncoder encoder(options.srgb_from_picture, result.exposure);
+    const ViewEncoder encoder(options.srgb_from_picture, result.exposure, options.gamut);
     const auto row_samples = static_cast<std::size_t>(result.width_px) * 3;
     std::vector<float> linear;
     std::vector<std::uint16_t> deep;
@@ -145,8 +147,8 @@ void PictureWriter::begin(int width_px, int height_px) {
                                              s.options.exr_options);
   // The names of the view copies are taken now, so that nothing fails after the long work.
   if (!s.options.tiff.empty()) {
-    s.tiff =
-        std::make_unique<TiffView>(s.options.tiff, existing, width_px, height_px, s.options.dpi);
+    s.tiff = std::make_unique<TiffView>(s.options.tiff, existing, width_px, height_px,
+                                        s.options.dpi, s.options.gamut);
   }
   if (!s.options.png.empty()) {
     s.png = std::make_unique<PngView>(s.options.png, existing, width_px, height_px, s.options.dpi);

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "capture/image/exr_file.h"
+#include "capture/image/view_encoding.h"
 #include "core/reconstruct/row_sink.h"
 
 namespace reseau {
@@ -20,6 +21,7 @@ struct PictureOptions {
   // Multiplies the view copies; absent = chosen so that the 99.5th percentile of luminance becomes
   // white.
   std::optional<double> exposure;
+  ViewGamut gamut = ViewGamut::kClip;  // of the view copies
   // Row-major, linear sRGB from the picture's own space, for the view copies.
   std::array<double, 9> srgb_from_picture{1, 0, 0, 0, 1, 0, 0, 0, 1};
 };
@@ -28,7 +30,7 @@ struct PictureResult {
   int width_px = 0, height_px = 0;
   double exposure = 1;        // of the view copies
   double luminance_p995 = 0;  // of the picture, linear
-  // Pixels of the view copies that lie outside sRGB or above white and were clipped.
+  // Pixels of the view copies that lay outside sRGB or above white and were clipped or compressed.
   double clipped_fraction = 0;
 };
 

@@ -4,8 +4,11 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "core/base/check.h"
+#include "core/base/error.h"
+#include "core/color/rgb_space.h"
 
 namespace reseau {
 namespace {
@@ -42,6 +45,12 @@ float encoded(float linear) {
   const float t = static_cast<float>(bits & kFraction) / static_cast<float>(kFraction + 1);
   const float low = curve[index - kTableBegin];
   return low + t * (curve[index - kTableBegin + 1] - low);
+}
+
+std::array<float, 3> compressed(const std::array<float, 3>& v) {
+  if (!std::isfinite(v[0]) || !std::isfinite(v[1]) || !std::isfinite(v[2])) return v;
+  const Rgb rgb = compress_into_gamut({double{v[0]}, double{v[1]}, double{v[2]}});
+  return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
 }
 
 }  // namespace
@@ -89,8 +98,16 @@ double LuminanceHistogram::percentile(double q) const {
   return 0;
 }
 
-ViewEncoder::ViewEncoder(const std::array<double, 9>& srgb_from_picture, double exposure)
-    : matrix_{} {
+ViewGamut parse_view_gamut(std::string_view word) {
+  if (word == "clip") return ViewGamut::kClip;
+  if (word == "perceptual") return ViewGamut::kPerceptual;
+  throw InputError("There is no handling of colours '" + std::string(word) +
+                   "'; use clip or perceptual.");
+}
+
+ViewEncoder::ViewEncoder(const std::array<double, 9>& srgb_from_picture, double exposure,
+                         ViewGamut gamut)
+    : matrix_{}, gamut_(gamut) {
   for (std::size_t i = 0; i < matrix_.size(); ++i) {
     matrix_[i] = static_cast<float>(srgb_from_picture[i] * exposure);
   }
@@ -103,12 +120,16 @@ std::uint64_t ViewEncoder::encode_as(std::span<const float> rgb, std::span<Sampl
   std::uint64_t n_clipped = 0;
   for (std::size_t i = 0; i < rgb.size(); i += 3) {
     bool clipped = false;
+    std::array<float, 3> v{};
     for (std::size_t row = 0; row < 3; ++row) {
       const float* m = matrix_.data() + 3 * row;
-      const float v = m[0] * rgb[i] + m[1] * rgb[i + 1] + m[2] * rgb[i + 2];
-      clipped |= !(v >= kLowestShown && v <= kHighestShown);
+      v[row] = m[0] * rgb[i] + m[1] * rgb[i + 1] + m[2] * rgb[i + 2];
+      clipped |= !(v[row] >= kLowestShown && v[row] <= kHighestShown);
+    }
+    if (gamut_ == ViewGamut::kPerceptual) v = compressed(v);
+    for (std::size_t row = 0; row < 3; ++row) {
       // NOLINTNEXTLINE(bugprone-incorrect-roundings): never negative, and lround costs a call
-      out[i + row] = static_cast<Sample>(encoded(v) * kScale + 0.5F);
+      out[i + row] = static_cast<Sample>(encoded(v[row]) * kScale + 0.5F);
     }
     n_clipped += clipped ? 1 : 0;
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace reseau {
@@ -27,13 +28,22 @@ class LuminanceHistogram {
   std::vector<std::uint64_t> counts_;
 };
 
-// Turns linear pixels into samples: matrix, exposure, clip to 0..1, sRGB curve, rounding to
-// nearest. Immutable, thread-safe.
+// What becomes of colours that sRGB does not have, in view copies only; the EXR keeps all.
+enum class ViewGamut {
+  kClip,        // each component to 0..1
+  kPerceptual,  // compress_into_gamut(): luminance kept, saturation compressed towards the border
+};
+// "clip" or "perceptual"; InputError otherwise.
+[[nodiscard]] ViewGamut parse_view_gamut(std::string_view word);
+
+// Turns linear pixels into samples: matrix, exposure, gamut, sRGB curve, rounding to nearest.
+// Immutable, thread-safe.
 class ViewEncoder {
  public:
-  ViewEncoder(const std::array<double, 9>& srgb_from_picture, double exposure);
-  // [pixel][3] each. Returns how many pixels were clipped (a component outside 0..1 by more than
-  // half an 8-bit step, or not finite).
+  ViewEncoder(const std::array<double, 9>& srgb_from_picture, double exposure,
+              ViewGamut gamut = ViewGamut::kClip);
+  // [pixel][3] each. Returns how many pixels lay outside (a component outside 0..1 by more than
+  // half an 8-bit step, or not finite) and were clipped or compressed.
   std::uint64_t encode(std::span<const float> rgb, std::span<std::uint16_t> out) const;
   std::uint64_t encode(std::span<const float> rgb, std::span<std::uint8_t> out) const;
 
@@ -41,6 +51,7 @@ class ViewEncoder {
   template <typename Sample>
   std::uint64_t encode_as(std::span<const float> rgb, std::span<Sample> out) const;
   std::array<float, 9> matrix_;
+  ViewGamut gamut_;
 };
 
 }  // namespace reseau

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "core/color/matrix3.h"
+#include "capture/color/color_record.h"
 
 namespace reseau {
 
@@ -28,27 +28,12 @@ class EndSeen final : public RgbRowSink {
   RgbRowSink& to_;
 };
 
-std::string primaries_or_default(const std::string& primaries) {
-  return primaries.empty() ? primary_set_names().front() : primaries;
-}
-
 }  // namespace
-
-Matrix3 srgb_from_space(const std::string& primaries, Balance balance, OutputSpace space) {
-  if (space == OutputSpace::kSrgbLinear) return kIdentity3;
-  const std::string set = primaries_or_default(primaries);
-  const Matrix3 srgb_from_process =
-      make_color_model(set, balance, OutputSpace::kSrgbLinear).output_from_process;
-  if (space == OutputSpace::kProcess) return srgb_from_process;
-  return multiply(srgb_from_process,
-                  inverse(make_color_model(set, balance, space).output_from_process));
-}
 
 Development develop(const LineSource& source, const DevelopOptions& options,
                     const DevelopProgress& progress, const std::stop_token& stop) {
-  // Before any work: an unknown name of primaries must not cost a scan's time.
-  const ColorModel color =
-      make_color_model(primaries_or_default(options.primaries), options.balance, options.space);
+  // Before any work: colours that cannot be made must not cost a scan's time.
+  const ColorModel color = make_color_model(options.color);
   Development result;
   const auto report = [&progress](DevelopPhase phase) {
     return [&progress, phase](double fraction) {
@@ -83,16 +68,16 @@ Development develop(const LineSource& source, const DevelopOptions& options,
   picture.tiff = options.tiff;
   picture.png = options.png;
   picture.dpi = options.dpi;
-  picture.srgb_from_picture = srgb_from_space(options.primaries, options.balance, options.space);
-  picture.exr_options.chromaticities = color.chromaticities;
+  picture.gamut = options.view_gamut;
+  picture.srgb_from_picture = srgb_from_output(options.color);
   picture.exr_options.attributes = options.attributes;
+  declare_color(options.color, picture.exr_options);
   PictureWriter writer(picture);
   EndSeen sink(writer);
 
   ReconstructOptions reconstruct_options;
   reconstruct_options.tone = options.tone;
-  reconstruct_options.output_from_process =
-      options.space == OutputSpace::kProcess ? kIdentity3 : color.output_from_process;
+  reconstruct_options.output_from_process = color.output_from_process;
   reconstruct_options.white_level = options.white_level;
   reconstruct_options.n_threads = options.n_threads;
   reconstruct_options.exact = options.exact;

@@ -19,9 +19,8 @@ namespace reseau {
 
 struct DevelopOptions {
   ToneCurves tone = ToneCurves::linear();
-  std::string primaries;  // empty = the first of primary_set_names()
-  Balance balance = Balance::kNeutral;
-  OutputSpace space = OutputSpace::kSrgbLinear;
+  ColorRecipe color;
+  ViewGamut view_gamut = ViewGamut::kClip;
   double white_level = 1.0;
   int n_threads = 0;
   bool exact = false;
@@ -49,9 +48,5 @@ struct Development {
 // tables and writer throw; then no output file is left.
 [[nodiscard]] Development develop(const LineSource& source, const DevelopOptions& options,
                                   const DevelopProgress& progress, const std::stop_token& stop);
-
-// Linear sRGB from a space of the given set of primaries, row-major, for showing.
-[[nodiscard]] Matrix3 srgb_from_space(const std::string& primaries, Balance balance,
-                                      OutputSpace space);
 
 }  // namespace reseau

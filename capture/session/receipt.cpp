@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "capture/color/color_record.h"
 #include "capture/session/json_number.h"
 #include "capture/session/request_json.h"
 #include "capture/store/part_file.h"
@@ -133,13 +134,12 @@ ordered_json report_to_json(const ReconstructionReport& report, std::size_t n_ch
 
 ordered_json settings_to_json(const Receipt& receipt) {
   const DevelopOptions& s = receipt.settings;
-  ordered_json object = {{"space", space_word(s.space)},
-                         {"primaries", s.primaries},
-                         {"balance", balance_word(s.balance)},
-                         {"quality", receipt.quality},
-                         {"geometry", "scan"},
-                         {"exact", s.exact},
-                         {"threads", s.n_threads}};
+  ordered_json object = color_to_json(s.color);
+  object["view_gamut"] = s.view_gamut == ViewGamut::kClip ? "clip" : "perceptual";
+  object["quality"] = receipt.quality;
+  object["geometry"] = "scan";
+  object["exact"] = s.exact;
+  object["threads"] = s.n_threads;
   put_number(object, "white_level", s.white_level);
   return object;
 }
@@ -174,12 +174,6 @@ void add_development(ordered_json& object, const Receipt& receipt) {
 }
 
 }  // namespace
-
-
-std::string balance_word(Balance balance) {
-  constexpr std::array kWords{"none", "brightness", "neutral", "bradford"};
-  return kWords[static_cast<std::size_t>(balance)];
-}
 
 ordered_json registration_to_json(const Registration& r) {
   ordered_json object = {{"found", r.found}, {"screen", r.screen}};

@@ -58,7 +58,4 @@ void write_json_file(const nlohmann::ordered_json& object, const std::filesystem
 // residual_px, angle_deg, period_px, period_um, mirrored, …
 [[nodiscard]] nlohmann::ordered_json registration_to_json(const Registration& registration);
 
-// "linear sRGB" and the like: the words of the command line.
-[[nodiscard]] std::string balance_word(Balance balance);
-
 }  // namespace reseau
