@@ -45,7 +45,7 @@ void ColorChoice::add_to(CLI::App& app, bool with_primaries, bool with_space) {
   }
   app.add_option("--balance", balance, "none, brightness, neutral (default) or bradford")
       ->group(group);
-  app.add_option("--light", light,
+  app.add_option("--light,--illuminant", light,
                  "Light behind the film: A B C D50 D55 D65 (default) D75 E, 5500K, planck:2856")
       ->group(group);
   app.add_option("--areas", areas, "Areas of the elements: 42,27,31 or a screen of 'colour list'")
