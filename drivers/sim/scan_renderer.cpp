@@ -3,187 +3,83 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "core/base/check.h"
-#include "core/base/parallel.h"
+#include "drivers/sim/optical_renderer.h"
+#include "drivers/sim/plain_renderer.h"
 
 namespace reseau::sim {
-namespace {
-
-constexpr int kLinesPerTask = 32;
-
-int floor_to_block(int x) {
-  return (x >= 0 ? x / kBlockPx : -((-x + kBlockPx - 1) / kBlockPx)) * kBlockPx;
-}
-
-// Coarser passes average more, so their cells may be larger.
-int cells_for_pitch(int cells_per_px, int pitch) {
-  if (pitch >= 4) return 1;
-  return pitch > 1 ? std::min(cells_per_px, 2) : cells_per_px;
-}
-
-// out[i] += sum of w[k] * in[k][i], four inputs at a time to spare memory traffic.
-void accumulate(std::span<const float* const> in, std::span<const float> w, int n, float* out) {
-  std::size_t k = 0;
-  for (; k + 4 <= in.size(); k += 4) {
-    const float *a = in[k], *b = in[k + 1], *c = in[k + 2], *d = in[k + 3];
-    const float wa = w[k], wb = w[k + 1], wc = w[k + 2], wd = w[k + 3];
-    for (int i = 0; i < n; ++i) out[i] += (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
-  }
-  for (; k < in.size(); ++k) {
-    const float* a = in[k];
-    const float wa = w[k];
-    for (int i = 0; i < n; ++i) out[i] += wa * a[i];
-  }
-}
-
-}  // namespace
-
-// Rows of cells, convolved and decimated along x, of the lines just behind and ahead.
-struct ScanRenderer::RowCache {
-  RowCache(int n_slots, int width_px)
-      : slot_row(static_cast<std::size_t>(n_slots), INT64_MIN),
-        slots(static_cast<std::size_t>(n_slots)) {
-    for (auto& slot : slots) {
-      slot.resize(static_cast<std::size_t>(kChannels) * static_cast<std::size_t>(width_px));
-    }
-  }
-  [[nodiscard]] std::size_t slot_of(std::int64_t cell_row) const {
-    const auto n = static_cast<std::int64_t>(slots.size());
-    return static_cast<std::size_t>(((cell_row % n) + n) % n);
-  }
-  std::vector<std::int64_t> slot_row;
-  std::vector<std::vector<float>> slots;  // [channel][optical pixel]
-  CellRow cells;
-  std::vector<const float*> inputs;
-};
-
-ScanRenderer::Kernel ScanRenderer::make_kernel(double sigma_px, double aperture_px,
-                                               int cells_per_px) {
-  // Cells are exact means, so a box over whole cells is an exact integral; the Gaussian is summed
-  // at the spacing of the cells, which converges faster than any power of it.
-  const double sigma = sigma_px * cells_per_px, aperture = aperture_px * cells_per_px;
-  const int gauss_reach = static_cast<int>(std::ceil(4.5 * sigma));
-  std::vector<double> gauss;
-  for (int j = -gauss_reach; j <= gauss_reach; ++j) {
-    gauss.push_back(j == 0 ? 1.0 : std::exp(-0.5 * j * j / (sigma * sigma)));
-  }
-  const int box_reach = static_cast<int>(std::ceil((aperture - cells_per_px) / 2 - 1e-9));
-  std::vector<double> box;
-  for (int j = -box_reach; j < cells_per_px + box_reach; ++j) {
-    const double left = std::max<double>(j, (cells_per_px - aperture) / 2);
-    const double right = std::min<double>(j + 1, (cells_per_px + aperture) / 2);
-    box.push_back(std::max(0.0, right - left));
-  }
-  std::vector<double> product(gauss.size() + box.size() - 1, 0.0);
-  double sum = 0;
-  for (std::size_t g = 0; g < gauss.size(); ++g) {
-    for (std::size_t b = 0; b < box.size(); ++b) {
-      product[g + b] += gauss[g] * box[b];
-      sum += gauss[g] * box[b];
-    }
-  }
-  Kernel kernel;
-  kernel.first_cell = -gauss_reach - box_reach;
-  for (const double w : product) kernel.weights.push_back(static_cast<float>(w / sum));
-  return kernel;
-}
 
 ScanRenderer::ScanRenderer(std::shared_ptr<const Film> film, const OpticsSpec& optics,
                            const ScanWindow& window, const ScanGeometry& geometry)
-    : film_(std::move(film)),
-      window_(window),
-      geometry_(geometry),
-      cells_per_px_(cells_for_pitch(optics.cells_per_px, window.pitch)),
-      point_rows_(window.pitch >= 16) {
-  CHECK(film_ != nullptr && window.width_px > 0 && window.n_lines >= 0 && window.pitch >= 1);
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    const double sigma = point_rows_ ? 0.0 : optics.blur_px[c];
-    kernels_[c] = make_kernel(sigma, point_rows_ ? 1.0 : optics.aperture_px, cells_per_px_);
-    const Kernel& k = kernels_[c];
-    const int past = k.first_cell + static_cast<int>(k.weights.size()) - cells_per_px_;
-    const int cells = std::max(-k.first_cell, past);
-    reach_px_ = std::max(reach_px_, (cells + cells_per_px_ - 1) / cells_per_px_);
-  }
-  const Film::Extent extent = film_->extent();
-  const int n_optical = window.width_px * window.pitch;
-  active_begin_ = std::clamp(extent.begin_px - window.x_px, 0, n_optical);
-  n_active_ = std::clamp(extent.end_px - window.x_px, active_begin_, n_optical) - active_begin_;
-}
-
-void ScanRenderer::make_row(std::int64_t cell_row, RowCache& cache) const {
-  const std::size_t slot = cache.slot_of(cell_row);
-  if (cache.slot_row[slot] == cell_row) return;
-  cache.slot_row[slot] = cell_row;
-  const double y = window_.y_px + (window_.pitch - 1) / 2.0 +
-                   (static_cast<double>(cell_row) + 0.5) / cells_per_px_ - 0.5;
-  const int begin = window_.x_px + active_begin_;
-  const int first = floor_to_block(begin - reach_px_);
-  const int end = floor_to_block(begin + n_active_ + reach_px_ + kBlockPx - 1);
-  film_->cells(geometry_.place(0, y).y, first, end - first, cells_per_px_, cache.cells);
-
-  std::vector<float>& row = cache.slots[slot];
-  std::ranges::fill(row, 0.0F);
-  for (int c = 0; c < kChannels; ++c) {
-    const Kernel& kernel = kernels_[static_cast<std::size_t>(c)];
-    cache.inputs.clear();
-    for (int k = 0; k < static_cast<int>(kernel.weights.size()); ++k) {
-      const int cell = kernel.first_cell + k + reach_px_ * cells_per_px_;
-      const int pixel = begin - first - reach_px_ + cell / cells_per_px_;
-      cache.inputs.push_back(cache.cells.phase(c, cell % cells_per_px_) + pixel);
-    }
-    accumulate(cache.inputs, kernel.weights, n_active_, row.data() + c * n_active_);
-  }
-}
-
-void ScanRenderer::convolve_rows(int first_line, int n_lines, std::span<float> out) const {
-  const int n_optical = window_.width_px * window_.pitch;
-  const int n_slots = (2 * reach_px_ + 1) * cells_per_px_;
-  RowCache cache(n_slots, n_active_);
-  std::vector<float> line(static_cast<std::size_t>(n_optical));
-  const auto width = static_cast<std::size_t>(window_.width_px);
-  const float per_pitch = 1.0F / static_cast<float>(window_.pitch);
-  std::vector<const float*> inputs;
-  float* to = out.data();
-  for (int l = first_line; l < first_line + n_lines; ++l) {
-    const std::int64_t base = static_cast<std::int64_t>(l) * window_.step() * cells_per_px_;
-    for (int c = 0; c < kChannels; ++c) {
-      const Kernel& kernel = kernels_[static_cast<std::size_t>(c)];
-      inputs.clear();
-      for (int k = 0; k < static_cast<int>(kernel.weights.size()); ++k) {
-        const std::int64_t cell_row = base + kernel.first_cell + k;
-        make_row(cell_row, cache);
-        inputs.push_back(cache.slots[cache.slot_of(cell_row)].data() + c * n_active_);
-      }
-      float* target = window_.pitch == 1 ? to : line.data();
-      std::fill_n(target, n_optical, 0.0F);
-      accumulate(inputs, kernel.weights, n_active_, target + active_begin_);
-      if (window_.pitch > 1) {
-        for (std::size_t i = 0; i < width; ++i) {
-          float sum = 0;
-          for (int k = 0; k < window_.pitch; ++k) {
-            sum += line[i * static_cast<std::size_t>(window_.pitch) + static_cast<std::size_t>(k)];
-          }
-          to[i] = sum * per_pitch;
-        }
-      }
-      to += width;
-    }
+    : window_(window) {
+  CHECK(film != nullptr && window.width_px > 0 && window.n_lines >= 0 && window.pitch >= 1);
+  if (is_plain(optics) && geometry.is_perfect()) {
+    renderer_ = std::make_unique<PlainRenderer>(std::move(film), optics, window);
+  } else {
+    renderer_ = std::make_unique<OpticalRenderer>(std::move(film), optics, window, geometry);
   }
 }
 
 void ScanRenderer::transmittance(int first_line, int n_lines, std::span<float> out) const {
-  const std::size_t per_line =
-      static_cast<std::size_t>(kChannels) * static_cast<std::size_t>(window_.width_px);
   CHECK(first_line >= 0 && n_lines >= 0 && first_line + n_lines <= window_.n_lines);
-  CHECK(out.size() == per_line * static_cast<std::size_t>(n_lines));
-  const int n_tasks = (n_lines + kLinesPerTask - 1) / kLinesPerTask;
-  parallel_for(n_tasks, [&](int task) {
-    const int begin = task * kLinesPerTask, n = std::min(kLinesPerTask, n_lines - begin);
-    convolve_rows(first_line + begin, n,
-                  out.subspan(per_line * static_cast<std::size_t>(begin),
-                              per_line * static_cast<std::size_t>(n)));
-  });
+  CHECK(out.size() == static_cast<std::size_t>(kChannels) *
+                          static_cast<std::size_t>(window_.width_px) *
+                          static_cast<std::size_t>(n_lines));
+  renderer_->transmittance(first_line, n_lines, out);
+}
+
+int cells_used(const OpticsSpec& optics, int pitch, bool full) {
+  if (pitch >= 4) return 1;
+  if (!full) {
+    const int cells = optics.cells_per_px > 0 ? optics.cells_per_px : 4;
+    return pitch > 1 ? std::min(cells, 2) : cells;
+  }
+  if (optics.cells_per_px > 0) return optics.cells_per_px;
+  std::vector<OpticalTransfer> transfers;
+  transfers.reserve(kChannels);
+  for (int c = 0; c < kChannels; ++c) transfers.emplace_back(optics, c);
+  // As few as let pairs of cells be joined.
+  constexpr int kFewest = 6, kMost = 12;
+  int cells = kFewest;
+  while (cells < kMost && choose_grid(cells, transfers).per_px == cells) cells += 2;
+  return cells;
+}
+
+RenderError estimate_error(const std::shared_ptr<const Film>& film, const OpticsSpec& optics,
+                           const ScanWindow& window, const ScanGeometry& geometry, int n_pieces) {
+  CHECK(n_pieces >= 1 && window.width_px >= 1 && window.n_lines >= 1);
+  constexpr int kWidth = 16, kLines = 4;
+  OpticsSpec finer = optics;
+  RenderError error;
+  error.cells_per_px =
+      cells_used(optics, window.pitch, !is_plain(optics) || !geometry.is_perfect());
+  finer.cells_per_px = 2 * error.cells_per_px;
+  double squares = 0;
+  std::vector<float> a, b;
+  for (int k = 0; k < n_pieces; ++k) {
+    // Spread evenly, never in step with a lattice: multiples of the golden ratio along x.
+    const double across = std::fmod(0.5 + k * 0.6180339887498949, 1.0);
+    ScanWindow piece = window;
+    piece.width_px = std::min(kWidth, window.width_px);
+    piece.n_lines = std::min(kLines, window.n_lines);
+    piece.x_px += window.pitch * static_cast<int>(across * (window.width_px - piece.width_px));
+    piece.y_px +=
+        window.step() * static_cast<int>((k + 0.5) / n_pieces * (window.n_lines - piece.n_lines));
+    a.resize(static_cast<std::size_t>(piece.width_px * piece.n_lines * kChannels));
+    b.resize(a.size());
+    ScanRenderer(film, optics, piece, geometry).transmittance(0, piece.n_lines, a);
+    ScanRenderer(film, finer, piece, geometry).transmittance(0, piece.n_lines, b);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      const double difference = 4.0 / 3.0 * (static_cast<double>(a[i]) - b[i]);
+      squares += difference * difference;
+      error.largest = std::max(error.largest, std::abs(difference));
+    }
+    error.n_samples += static_cast<int>(a.size());
+  }
+  error.rms = std::sqrt(squares / error.n_samples);
+  return error;
 }
 
 }  // namespace reseau::sim

@@ -8,17 +8,12 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "drivers/sim/sim_key.h"
 
 namespace reseau::sim {
 namespace {
 
-struct Key {
-  std::string_view name;
-  double min, max;
-  bool whole;  // whole numbers only
-  std::string_view meaning;
-  std::function<void(SimSpec&, double)> set;
-};
+using Key = NumberKey;
 
 struct WordKey {
   std::string_view name;
@@ -39,6 +34,9 @@ const std::vector<WordKey>& word_keys() {
        {{"chart", [](SimSpec& s) { s.film.scene = SceneKind::kChart; }},
         {"natural", [](SimSpec& s) { s.film.scene = SceneKind::kNatural; }}},
        "what the camera saw"},
+      {"optics",
+       {{"coolscan", set_coolscan}, {"plain", [](SimSpec& s) { s.optics = {}, s.stage = {}; }}},
+       "lens, apertures and stage as measured, or Gaussians under a perfect stage; goes first"},
       {"adapter",
        {{"sa21", [](SimSpec& s) { s.unit.adapter = AdapterKind::kSa21; }},
         {"sa30", [](SimSpec& s) { s.unit.adapter = AdapterKind::kSa30; }}},
@@ -93,7 +91,7 @@ const std::vector<Key>& number_keys() {
        [](SimSpec& s, double v) { s.optics.blur_px[3] = v; }},
       {"aperture_px", 0.5, 4, false, "width over which a pixel integrates",
        [](SimSpec& s, double v) { s.optics.aperture_px = v; }},
-      {"cells", 1, 16, true, "cells per pixel of the numerical integration",
+      {"cells", 0, 16, true, "cells per pixel of the numerical integration; 0 as many as needed",
        [](SimSpec& s, double v) { s.optics.cells_per_px = as_int(v); }},
       {"noise", 0, 0.5, false, "standard deviation at full scale [fraction of full scale]",
        [](SimSpec& s, double v) { s.sensor.noise = v; }},
@@ -168,8 +166,10 @@ void apply(SimSpec& spec, std::string_view name, std::string_view value) {
     throw InputError("The simulated device does not know " + quoted(name) + "=" + quoted(value) +
                      "; known are " + known + ".");
   }
-  for (const Key& key : number_keys()) {
-    if (key.name == name) return key.set(spec, parse_number(key, value));
+  for (const std::vector<Key>* keys : {&number_keys(), &scanner_keys()}) {
+    for (const Key& key : *keys) {
+      if (key.name == name) return key.set(spec, parse_number(key, value));
+    }
   }
   throw InputError("The simulated device has no setting " + quoted(name) + ". Known settings:\n" +
                    sim_key_help());
@@ -224,7 +224,9 @@ std::string sim_key_help() {
     text.append("  ").append(key.name).append("=").append(words);
     text.append("  ").append(key.meaning).append("\n");
   }
-  for (const Key& key : number_keys()) {
+  std::vector<Key> numbers = number_keys();
+  numbers.insert(numbers.end(), scanner_keys().begin(), scanner_keys().end());
+  for (const Key& key : numbers) {
     text.append("  ").append(key.name).append("=").append(number_text(key.min));
     text.append("..").append(number_text(key.max));
     text.append("  ").append(key.meaning).append("\n");

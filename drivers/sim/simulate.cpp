@@ -1,9 +1,11 @@
 #include "drivers/sim/simulate.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "drivers/sim/focus_map.h"
 #include "drivers/sim/sensor.h"
 
 namespace reseau::sim {
@@ -13,15 +15,30 @@ FilmTruth::FilmTruth(const FilmSpec& spec, const ScanWindow& window, const ScanG
   if (spec.kind == FilmKind::kDufay) dufay_ = std::make_unique<DufayFilm>(spec);
 }
 
+ScanGeometry geometry_of(const SimSpec& spec, const SensorSpec& sensor) {
+  return {spec.optics, spec.stage, sensor, spec.film.frame.width_px, spec.film.seed};
+}
+
+PsfGrid psf_at(const SimSpec& spec, const ScanWindow& window, int channel, double x, double y,
+               int samples_per_px, int radius_px) {
+  const FocusMap focus(make_film(spec.film), spec.optics, geometry_of(spec, spec.sensor));
+  const double defocus = focus.defocus_um(channel, window.optical_x(x), window.optical_y(y));
+  return sample_psf(spec.optics, channel, defocus, samples_per_px, radius_px);
+}
+
 ScanPlace FilmTruth::optical(double x, double y) const {
-  const double shift = (window_.pitch - 1) / 2.0;
-  return geometry_.place(window_.x_px + x * window_.pitch + shift,
-                         window_.y_px + y * window_.step() + shift);
+  return geometry_.place(window_.optical_x(x), window_.optical_y(y));
 }
 
 ScreenPoint FilmTruth::screen_from_scan(double x, double y) const {
   CHECK(dufay_ != nullptr);
   const ScanPlace at = optical(x, y);
+  return dufay_->screen_from_scan(at.x, at.y);
+}
+
+ScreenPoint FilmTruth::screen_from_scan(int channel, double x, double y) const {
+  CHECK(dufay_ != nullptr);
+  const ScanPlace at = geometry_.place(channel, window_.optical_x(x), window_.optical_y(y));
   return dufay_->screen_from_scan(at.x, at.y);
 }
 
@@ -37,8 +54,9 @@ void FilmTruth::process_row(double y, const RgbRow& out) const {
     for (const std::span<float> band : bands) std::ranges::fill(band, 1.0F);
     return;
   }
-  if (window_.pitch == 1) {
-    const ScanPlace first = optical(0, y);
+  const ScanPlace first = optical(0, y), last = optical(static_cast<double>(out.r.size()) - 1, y);
+  const double length = static_cast<double>(out.r.size()) - 1;
+  if (window_.pitch == 1 && std::abs(last.x - first.x - length) < 1e-9) {
     strip_->silver_row(first.y, first.x, out);
     return;
   }
@@ -94,7 +112,7 @@ SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window) {
   if (window.width_px < 1 || window.n_lines < 1 || window.pitch < 1) {
     throw InputError("A simulated scan needs at least one pixel, one line and a pitch of 1.");
   }
-  const ScanGeometry geometry(spec.stage, spec.film.seed);
+  const ScanGeometry geometry = geometry_of(spec, spec.sensor);
   const ScanRenderer renderer(make_film(spec.film), spec.optics, window, geometry);
   LineFormat format;
   format.width_px = window.width_px;
@@ -107,16 +125,33 @@ SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window) {
   SensorPass pass;
   pass.level.fill(spec.sensor.clear_level);
   pass.seed = spec.film.seed;
+  pass.field_px = spec.film.frame.width_px;
   const std::size_t per_line = format.samples_per_line();
   std::vector<std::uint16_t> samples(per_line * static_cast<std::size_t>(window.n_lines));
   constexpr int kBandLines = 256;
   std::vector<float> band(per_line * kBandLines);
+  const int readings = std::max(1, spec.sensor.readings);
+  std::vector<std::uint16_t> reading;
+  std::vector<std::uint32_t> sum;
   for (int first = 0; first < window.n_lines; first += kBandLines) {
     const int n = std::min(kBandLines, window.n_lines - first);
     const std::size_t size = per_line * static_cast<std::size_t>(n);
     renderer.transmittance(first, n, std::span(band).first(size));
-    digitise(std::span(band).first(size), window, first, spec.sensor, pass,
-             std::span(samples).subspan(per_line * static_cast<std::size_t>(first), size));
+    const auto light = std::span(band).first(size);
+    const auto to = std::span(samples).subspan(per_line * static_cast<std::size_t>(first), size);
+    digitise(light, window, first, spec.sensor, pass, to);
+    if (readings == 1) continue;
+    sum.assign(to.begin(), to.end());
+    reading.resize(size);
+    for (pass.reading = 1; pass.reading < readings; ++pass.reading) {
+      digitise(light, window, first, spec.sensor, pass, reading);
+      for (std::size_t i = 0; i < size; ++i) sum[i] += reading[i];
+    }
+    pass.reading = 0;
+    const auto r = static_cast<std::uint32_t>(readings);
+    for (std::size_t i = 0; i < size; ++i) {
+      to[i] = static_cast<std::uint16_t>((sum[i] + r / 2) / r);
+    }
   }
   const int full = (1 << spec.sensor.adc_bits) - 1;
   if (full != 65535) {

@@ -9,6 +9,7 @@
 
 #include "core/line/line_format.h"
 #include "drivers/sim/dufay_film.h"
+#include "drivers/sim/optical_transfer.h"
 #include "drivers/sim/scan_renderer.h"
 #include "drivers/sim/sim_spec.h"
 
@@ -24,7 +25,10 @@ class FilmTruth {
   // False for film=none and film=empty: then there is no réseau.
   [[nodiscard]] bool has_screen() const { return dufay_ != nullptr; }
   // (u, v) in periods, conventions of ScreenPoint. has_screen() must hold.
+  // Every displacement of the scanner is in it but lateral colour, which needs the channel (0 to 3:
+  // R G B IR).
   [[nodiscard]] ScreenPoint screen_from_scan(double x, double y) const;
+  [[nodiscard]] ScreenPoint screen_from_scan(int channel, double x, double y) const;
   // Process RGB: the linear silver transmittance behind a red, green and blue element if it lay
   // there; neither blurred nor sampled by the réseau. 1 = clear.
   [[nodiscard]] std::array<double, 3> process_rgb(double x, double y) const;
@@ -47,6 +51,15 @@ class FilmTruth {
   std::unique_ptr<FilmStrip> strip_;
   std::unique_ptr<DufayFilm> dufay_;
 };
+
+// The scanner's geometry under these settings; its field is the frame's width. sensor: with the
+// lines that the pass uses.
+[[nodiscard]] ScanGeometry geometry_of(const SimSpec& spec, const SensorSpec& sensor);
+
+// The spread function of a channel (0 to 3: R G B IR) at a delivered pixel of a window, in optical
+// pixels; see sample_psf(). Throws InputError as that does.
+[[nodiscard]] PsfGrid psf_at(const SimSpec& spec, const ScanWindow& window, int channel, double x,
+                             double y, int samples_per_px, int radius_px);
 
 struct SimulatedScan {
   LineFormat format;                   // red, green, blue, infrared

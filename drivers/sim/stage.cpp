@@ -9,7 +9,7 @@ namespace reseau::sim {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kSideways = 0;  // of the lead screw's error
+constexpr double kSideways = 1.0 / 3;  // of the lead screw's error
 
 // Errors of one lead screw: two incommensurate periods.
 double screw(double y) {

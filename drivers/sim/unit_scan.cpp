@@ -5,6 +5,8 @@
 #include <variant>
 
 #include "core/base/check.h"
+#include "drivers/sim/sensor_curves.h"
+#include "drivers/sim/simulate.h"
 #include "drivers/sim/unit.h"
 
 namespace reseau::sim {
@@ -13,27 +15,10 @@ namespace {
 constexpr int kBestFocus = 209;
 // Blur of a step away from the best focus, added in quadrature [px].
 constexpr double kBlurPerFocusStep = 0.015;
+// The same for a lens: at f/8 it widens the blur disc as much.
+constexpr double kMicrometrePerFocusStep = 3;
 constexpr std::uint8_t kImage = 0x00, kLut = 0x03, kCooperation = 0x87, kWhiteBalance = 0x8c;
 constexpr std::uint8_t kPerforations = 0x8e, kFrames = 0x8f, kCurves = 0x91, kLeak = 0x93;
-
-// The sensor's curves of red, green, blue, infrared as recorded: 2 lines x 2 types x 19 points.
-constexpr std::array<std::string_view, 4> kCurveData{
-    "005300d7015601d7025602d405530a4a0cc7192d32364b8a651a7ed498a2b288cc75e667f35b005400d9015a01db02"
-    "5c02dc05630a650ce5196b32894bc665257eb79870b235cc32e625f30e005800af0111017e01f0026904d309c90c44"
-    "18c331ff4b6464fb7ea6988bb270cc74e661f362005900ac0106016901d0023e0489096b0beb187731cd4b4564da7e"
-    "889854b22acc22e61bf32d",
-    "005300d7015401d3025202d0054e0a430cbd191a321c4b6e64f27ea2987cb270cc6fe66df36a005200da015901da02"
-    "5c02db05640a600cea197b32a84bfe65797f2e98fbb2e1ccf9e70df419005600ad0110017b01ee026704ce09c00c3a"
-    "18b531db4b4364d67e919879b261cc64e66cf35d005500ad0106016a01d1023f048c09720bef189031f54b8665227e"
-    "fd98d3b2d0ccece714f435",
-    "005400d7015501d6025102d2054b0a3b0cb5191132064b5364d97e88986cb25bcc63e65ef358005200db015f01df02"
-    "5c02db05650a670cea197932a44bf2657b7f2498fcb2e4ccfde728f445005500ad0110017e01ef026604cf09bd0c34"
-    "18ac31cc4b2964b87e7f985bb257cc5ee66df364005300ad0109016901d30242048f09740bf5188d31f24b6c651d7e"
-    "fc98d3b2e5cd0ee72df466",
-    "005300d1014f01cf024e02ce05520a4c0ccb193c32554bb8653a7ef598bbb297cc77e64bf342005300cc014f01cf02"
-    "5102d0055b0a6a0cf1199032e04c4765d37f88995bb34acd42e756f45b005900ab010c017701eb026304d209ca0c4a"
-    "18d7321b4b8d65237ed498b2b28ecc72e65ef33f005800a70101016401c90235048409730bf218a632284bc965847f"
-    "5e994cb345cd4ee76df477"};
 
 std::optional<std::size_t> plane_of_colour(int colour) {
   switch (colour) {
@@ -125,19 +110,27 @@ Sense Unit::start_scan(const ScanLayout& layout) {
   if (layout.thumbnail) window.line_step = kThumbnailStepPx;
 
   OpticsSpec optics = spec_.optics;
-  const double defocus = kBlurPerFocusStep * (focus_ - kBestFocus);
-  for (double& sigma : optics.blur_px) sigma = std::hypot(sigma, defocus);
+  const int focus_steps = focus_ - kBestFocus;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    if (optics.f_number[c] > 0) continue;
+    optics.blur_px[c] = std::hypot(optics.blur_px[c], kBlurPerFocusStep * focus_steps);
+  }
+  optics.focus_um += kMicrometrePerFocusStep * focus_steps;
   SensorSpec sensor = spec_.sensor;
   sensor.adc_bits = model_->adc_bits;
+  sensor.n_lines = layout.lines_per_record();
+  sensor.line_gap_px = 1;
+  sensor.line_origin_px = window.y_px;
   SensorPass pass;
   pass.seed = spec_.film.seed;
   pass.pass = ++n_passes_;
+  pass.field_px = spec_.film.frame.width_px;
   for (std::size_t c = 0; c < kChannels; ++c) {
     pass.level[c] =
         spec_.sensor.clear_level * layout.exposure[c] / model_->white_balance_exposure[c];
   }
   stream_ = std::make_unique<ImageStream>(layout, film_, optics, sensor, pass, window,
-                                          ScanGeometry(spec_.stage, spec_.film.seed), luts_);
+                                          geometry_of(spec_, sensor), luts_);
   operation_ = Operation{kOperationRuns, spec_.unit.busy_polls, 0};
   return kGood;
 }
@@ -209,7 +202,7 @@ std::optional<Bytes> Unit::read_data(std::uint8_t type, int colour, std::size_t 
       return frames_.frames_reply();
     case kCurves: {
       if (!model_->has_ccd_curves || !plane) return std::nullopt;
-      return with_header(kCurves, 0x00, from_hex(kCurveData[*plane]));
+      return with_header(kCurves, 0x00, from_hex(recorded_curves(*plane)));
     }
     case kLeak:
       return with_header(kLeak, 0x00, from_hex("035F 033A 026D"));

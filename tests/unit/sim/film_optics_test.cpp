@@ -120,7 +120,7 @@ TEST(FilmOptics, BendAndWobbleAreRenderedAsExactlyAsTheFlatFilm) {
     SimSpec spec = parse_sim_spec(std::string("ls5000?width_px=600&height_px=600&") + settings);
     const ScanWindow window{.x_px = 100, .y_px = 200, .width_px = 64, .n_lines = 32};
     std::vector<float> coarse(64UL * 32 * kChannels), fine(coarse.size());
-    const ScanGeometry geometry(spec.stage, 1);
+    const ScanGeometry geometry = geometry_of(spec, spec.sensor);
     ScanRenderer(make_film(spec.film), spec.optics, window, geometry).transmittance(0, 32, coarse);
     spec.optics.cells_per_px = 16;
     ScanRenderer(make_film(spec.film), spec.optics, window, geometry).transmittance(0, 32, fine);

@@ -218,7 +218,7 @@ TEST(FilmTruth, RowsAreThePointsInARow) {
       "ls5000?width_px=200&height_px=200&scene=natural&bend_px=2&wobble_px=1&mirrored=1");
   for (const int pitch : {1, 3}) {
     const ScanWindow window{.x_px = 7, .y_px = 30, .width_px = 40, .n_lines = 20, .pitch = pitch};
-    const FilmTruth truth(spec.film, window, ScanGeometry(spec.stage, spec.film.seed));
+    const FilmTruth truth(spec.film, window, geometry_of(spec, spec.sensor));
     std::vector<float> r(40), g(40), b(40);
     std::vector<ScreenPoint> screen(40);
     truth.process_row(11, {r, g, b});

@@ -1,0 +1,231 @@
+#include "drivers/sim/far_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/check.h"
+
+namespace reseau::sim {
+namespace {
+
+constexpr int kBandRows = 16;
+constexpr int kSlitCells = 40;  // the lit slit is 1 mm high: 160 optical px
+constexpr double kReachSigmas = 3.5;
+// A cell of the map is four pairs of pixels with weights 1 3 3 1, which leaves hardly anything of
+// the detail that the map's pitch would mistake for coarse structure. Weight per pixel of its own
+// cell's pixels and of the two next to them:
+constexpr float kInner = 3.0F / 16, kOuter = 1.0F / 16;
+// Variance of that (a pair 1/3, four of them 3) and of the cubic B-spline (cells^2 / 3) [px^2].
+constexpr double kMapVariance = 10.0 / 3 + FarField::kCellPx * FarField::kCellPx / 3.0;
+
+std::int64_t floor_div(std::int64_t a, std::int64_t b) {
+  return a >= 0 ? a / b : -((-a + b - 1) / b);
+}
+
+std::vector<float> half_gaussian(double sigma_px) {
+  const double variance = sigma_px * sigma_px - kMapVariance;
+  const double sigma = std::sqrt(std::max(variance, 0.0)) / FarField::kCellPx;
+  const int reach = static_cast<int>(std::ceil(kReachSigmas * sigma));
+  std::vector<double> w;
+  w.reserve(static_cast<std::size_t>(reach) + 1);
+  double sum = 0;
+  for (int i = 0; i <= reach; ++i) {
+    w.push_back(std::exp(-0.5 * i * i / (sigma * sigma)));
+    sum += (i == 0 ? 1 : 2) * w.back();
+  }
+  std::vector<float> weights;
+  weights.reserve(w.size());
+  for (const double v : w) weights.push_back(static_cast<float>(v / sum));
+  return weights;
+}
+
+// Cubic B-spline at the four cells around a place t of the way from the second to the third.
+std::array<float, 4> spline_weights(double t) {
+  const double s = 1 - t;
+  return {
+      static_cast<float>(s * s * s / 6), static_cast<float>((4 - 6 * t * t + 3 * t * t * t) / 6),
+      static_cast<float>((4 - 6 * s * s + 3 * s * s * s) / 6), static_cast<float>(t * t * t / 6)};
+}
+
+// Place on the map, in cells; cell k covers pixels 4 k to 4 k + 3.
+double cells_from_px(double px) { return (px + 0.5) / FarField::kCellPx - 0.5; }
+
+}  // namespace
+
+FarField::FarField(std::shared_ptr<const Film> film, FarFieldSpec spec)
+    : film_(std::move(film)), spec_(std::move(spec)) {
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    for (const WideGaussian& g : spec_.wide[c]) {
+      // Equal widths share the work.
+      Kernel kernel;
+      kernel.x = half_gaussian(g.sigma_x_px);
+      kernel.y = half_gaussian(g.sigma_y_px);
+      auto same = std::ranges::find_if(
+          kernels_, [&](const Kernel& k) { return k.x == kernel.x && k.y == kernel.y; });
+      if (same == kernels_.end()) same = kernels_.insert(kernels_.end(), std::move(kernel));
+      same->amplitude[c] += static_cast<float>(g.amplitude);
+      const auto longest = std::max(same->x.size(), same->y.size());
+      reach_cells_ = std::max(reach_cells_, static_cast<int>(longest) - 1);
+    }
+  }
+  if (spec_.flare > 0) reach_cells_ = std::max(reach_cells_, kSlitCells / 2);
+  if (is_empty()) return;
+  read_first_ = floor_div(spec_.begin_px, kCellPx) - 2;
+  n_read_ = static_cast<int>(floor_div(spec_.end_px, kCellPx) + 3 - read_first_);
+  std::int64_t last = read_first_ + n_read_ + reach_cells_;
+  first_ = read_first_ - reach_cells_;
+  if (spec_.flare > 0) {
+    first_ = std::min(first_, floor_div(spec_.field_begin_px, kCellPx));
+    last = std::max(last, floor_div(spec_.field_end_px, kCellPx) + 1);
+  }
+  n_cells_ = static_cast<int>(last - first_);
+}
+
+std::shared_ptr<const std::vector<float>> FarField::make_band(std::int64_t index) const {
+  const auto n = static_cast<std::size_t>(n_cells_);
+  auto band = std::make_shared<std::vector<float>>(kBandRows * kChannels * n, 0.0F);
+  const Film::Extent extent = film_->extent();
+  // Film pixels under the map; beyond the film's extent the holder is opaque.
+  const std::int64_t begin = std::max<std::int64_t>(first_ * kCellPx, extent.begin_px);
+  const std::int64_t end = std::min<std::int64_t>((first_ + n_cells_) * kCellPx, extent.end_px);
+  if (begin >= end) return band;
+  const auto block_begin = static_cast<int>(floor_div(begin, kBlockPx) * kBlockPx);
+  const auto block_end = static_cast<int>(floor_div(end + kBlockPx - 1, kBlockPx) * kBlockPx);
+  CellRow cells;
+  std::vector<float> row(n + 2);  // with one cell to spare at both ends
+  static_assert(kCellPx == 4);
+  for (int line = -2; line < kBandRows * kCellPx + 2; ++line) {
+    const std::int64_t y = index * kBandRows * kCellPx + line;
+    film_->cells(static_cast<double>(y), block_begin, block_end - block_begin, 1, cells);
+    const std::int64_t own = floor_div(line, kCellPx), next = own + (line & 2) - 1;
+    for (int c = 0; c < kChannels; ++c) {
+      const float* from = cells.phase(c, 0) - block_begin;
+      std::ranges::fill(row, 0.0F);
+      for (std::int64_t x = begin; x < end; ++x) {
+        const std::int64_t cell = floor_div(x, kCellPx) - first_ + 1;
+        row[static_cast<std::size_t>(cell)] += kInner * from[x];
+        row[static_cast<std::size_t>(cell + (x & 2) - 1)] += kOuter * from[x];
+      }
+      const auto add = [&](std::int64_t to_row, float weight) {
+        if (to_row < 0 || to_row >= kBandRows) return;
+        float* to =
+            band->data() +
+            (static_cast<std::size_t>(to_row) * kChannels + static_cast<std::size_t>(c)) * n;
+        for (std::size_t i = 0; i < n; ++i) to[i] += weight * row[i + 1];
+      };
+      add(own, kInner);
+      add(next, kOuter);
+    }
+  }
+  return band;
+}
+
+std::shared_ptr<const std::vector<float>> FarField::band(std::int64_t index) const {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (const auto found = bands_.find(index); found != bands_.end()) return found->second;
+  }
+  auto made = make_band(index);  // a band made twice at the same time is the same
+  const std::scoped_lock lock(mutex_);
+  // Readers hold what they use; what lies far behind is made again if it is ever asked for.
+  const std::size_t keep = 2 * static_cast<std::size_t>(reach_cells_) / kBandRows + 16;
+  while (bands_.size() >= keep) {
+    const bool lowest = index - bands_.begin()->first > std::prev(bands_.end())->first - index;
+    bands_.erase(lowest ? bands_.begin() : std::prev(bands_.end()));
+  }
+  return bands_.emplace(index, std::move(made)).first->second;
+}
+
+FarField::Reader::Reader(const FarField& field) : field_(field), rows_(8) {
+  for (Row& row : rows_) {
+    for (auto& v : row.values) v.resize(static_cast<std::size_t>(field.n_read_));
+  }
+}
+
+const float* FarField::Reader::mean_row(std::int64_t index, int channel) {
+  const std::int64_t band = floor_div(index, kBandRows);
+  auto found = bands_.find(band);
+  if (found == bands_.end()) found = bands_.emplace(band, field_.band(band)).first;
+  const auto row = static_cast<std::size_t>(index - band * kBandRows);
+  return found->second->data() + (row * kChannels + static_cast<std::size_t>(channel)) *
+                                     static_cast<std::size_t>(field_.n_cells_);
+}
+
+const FarField::Reader::Row& FarField::Reader::row(std::int64_t index) {
+  const auto n_rows = static_cast<std::int64_t>(rows_.size());
+  Row& row = rows_[static_cast<std::size_t>(((index % n_rows) + n_rows) % n_rows)];
+  if (row.index == index) return row;
+  row.index = index;
+  // Bands out of reach are given back.
+  const std::int64_t margin = field_.reach_cells_ + 2 * kBandRows;
+  std::erase_if(bands_, [&](const auto& band) {
+    return band.first * kBandRows < index - margin || band.first * kBandRows > index + margin;
+  });
+  for (int c = 0; c < kChannels; ++c) {
+    const auto ch = static_cast<std::size_t>(c);
+    std::vector<float>& out = row.values[ch];
+    std::ranges::fill(out, 0.0F);
+    for (const Kernel& kernel : field_.kernels_) {
+      if (kernel.amplitude[ch] == 0) continue;
+      const auto reach_x = static_cast<std::int64_t>(kernel.x.size()) - 1;
+      const auto reach_y = static_cast<std::int64_t>(kernel.y.size()) - 1;
+      const auto n = static_cast<std::size_t>(field_.n_read_ + 2 * reach_x);
+      const std::int64_t skip = field_.read_first_ - reach_x - field_.first_;
+      column_.assign(n, 0.0F);
+      for (std::int64_t k = -reach_y; k <= reach_y; ++k) {
+        const float* from = mean_row(index + k, c) + skip;
+        const float w = kernel.amplitude[ch] * kernel.y[static_cast<std::size_t>(std::abs(k))];
+        for (std::size_t i = 0; i < n; ++i) column_[i] += w * from[i];
+      }
+      for (std::int64_t k = -reach_x; k <= reach_x; ++k) {
+        const float* from = column_.data() + reach_x + k;
+        const float w = kernel.x[static_cast<std::size_t>(std::abs(k))];
+        for (std::size_t i = 0; i < out.size(); ++i) out[i] += w * from[i];
+      }
+    }
+    if (field_.spec_.flare > 0) {
+      const std::int64_t begin = floor_div(field_.spec_.field_begin_px, kCellPx) - field_.first_;
+      const std::int64_t end = floor_div(field_.spec_.field_end_px, kCellPx) - field_.first_;
+      double sum = 0;
+      for (int k = -kSlitCells / 2; k < kSlitCells / 2; ++k) {
+        const float* from = mean_row(index + k, c);
+        for (std::int64_t i = begin; i < end; ++i) sum += from[i];
+      }
+      const double n = static_cast<double>(std::max<std::int64_t>(end - begin, 1)) * kSlitCells;
+      row.slit[ch] = static_cast<float>(sum / n);
+    }
+  }
+  return row;
+}
+
+void FarField::Reader::add(int channel, double y, std::span<const double> x, std::span<float> out) {
+  CHECK(x.size() == out.size());
+  if (field_.kernels_.empty()) return;
+  const double at_y = cells_from_px(y);
+  const auto base_y = static_cast<std::int64_t>(std::floor(at_y));
+  const std::array<float, 4> w_y = spline_weights(at_y - std::floor(at_y));
+  blended_.assign(static_cast<std::size_t>(field_.n_read_), 0.0F);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::vector<float>& from =
+        row(base_y - 1 + static_cast<std::int64_t>(k)).values[static_cast<std::size_t>(channel)];
+    for (std::size_t i = 0; i < blended_.size(); ++i) blended_[i] += w_y[k] * from[i];
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double at = cells_from_px(x[i]) - static_cast<double>(field_.read_first_);
+    const double below = std::floor(at);
+    const std::array<float, 4> w = spline_weights(at - below);
+    const float* v = blended_.data() + static_cast<std::ptrdiff_t>(below) - 1;
+    out[i] += (w[0] * v[0] + w[1] * v[1]) + (w[2] * v[2] + w[3] * v[3]);
+  }
+}
+
+float FarField::Reader::slit_mean(int channel, double y) {
+  const double at = cells_from_px(y), below = std::floor(at);
+  const auto index = static_cast<std::int64_t>(below);
+  const auto c = static_cast<std::size_t>(channel), t = static_cast<std::size_t>(0);
+  const float upper = row(index).slit[c + t], lower = row(index + 1).slit[c];
+  return upper + static_cast<float>(at - below) * (lower - upper);
+}
+
+}  // namespace reseau::sim

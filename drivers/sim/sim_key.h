@@ -1,0 +1,26 @@
+// One setting of a simulated device's name.
+#pragma once
+
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include "drivers/sim/sim_spec.h"
+
+namespace reseau::sim {
+
+struct NumberKey {
+  std::string_view name;
+  double min, max;
+  bool whole;  // whole numbers only
+  std::string_view meaning;
+  std::function<void(SimSpec&, double)> set;
+};
+
+// Those of lens, stage and sensor.
+[[nodiscard]] const std::vector<NumberKey>& scanner_keys();
+
+// Lens, apertures, stage and sensor as fitted to a razor's edge scanned by an LS-9000 (OPTICS.md).
+void set_coolscan(SimSpec& spec);
+
+}  // namespace reseau::sim
