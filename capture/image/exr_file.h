@@ -57,6 +57,16 @@ class FloatImageWriter {
   std::unique_ptr<State> state_;
 };
 
+// What an EXR says of itself.
+struct ExrHeader {
+  int width_px = 0, height_px = 0;
+  std::vector<std::string> channels;  // in alphabetical order
+  std::optional<Chromaticities> chromaticities;
+  std::vector<std::pair<std::string, std::string>> attributes;  // string attributes
+};
+// Throws as ExrReader.
+[[nodiscard]] ExrHeader read_exr_header(const std::filesystem::path& path);
+
 // Reads channels of an EXR as float, by rows. Thread-bound.
 class ExrReader {
  public:
@@ -80,6 +90,7 @@ class ExrReader {
   void read(int first_row, int n_rows, std::span<float> out);
 
  private:
+  friend ExrHeader read_exr_header(const std::filesystem::path& path);
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -171,6 +171,23 @@ void ExrReader::read(int first_row, int n_rows, std::span<float> out) {
   }
 }
 
+ExrHeader read_exr_header(const std::filesystem::path& path) {
+  const ExrReader reader(path, {});
+  const Imf::Header& header = reader.state_->input->header();
+  ExrHeader result;
+  result.width_px = reader.width_px();
+  result.height_px = reader.height_px();
+  result.chromaticities = reader.chromaticities();
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+    result.channels.emplace_back(it.name());
+  }
+  for (auto it = header.begin(); it != header.end(); ++it) {
+    const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute());
+    if (text != nullptr) result.attributes.emplace_back(it.name(), text->value());
+  }
+  return result;
+}
+
 FloatImage read_exr(const std::filesystem::path& path, const std::vector<std::string>& channels) {
   ExrReader reader(path, channels);
   FloatImage image;
