@@ -10,9 +10,10 @@
 
 #include "capture/cli/develop_choice.h"
 #include "capture/cli/verbs.h"
-#include "capture/image/exr_file.h"
+#include "capture/session/receipt.h"
+#include "capture/simulate/truth_files.h"
 #include "capture/store/master_writer.h"
-#include "core/color/element_color.h"
+#include "core/base/error.h"
 #include "drivers/sim/simulate.h"
 
 namespace reseau::cli {
@@ -20,19 +21,42 @@ namespace reseau::cli {
 namespace {
 
 struct Options {
-  std::vector<std::string> keys;
+  std::vector<std::string> keys, settings;
   std::optional<std::uint64_t> seed;
-  std::string output, truth;
+  std::string film, scene, output, truth;
+  // Text, so that the check and the sentence are those of the settings.
+  std::string width, height, angle, blur, noise;
 };
 
+// The device's name of everything that was asked for; what is said later wins.
 sim::SimSpec spec_of(const Options& options) {
   std::string name = "sim:ls5000";
   char separator = '?';
-  for (const std::string& key : options.keys) {
-    name += separator + key;
+  const auto add = [&](const std::string& pair) {
+    name += separator + pair;
     separator = '&';
+  };
+  for (const std::string& key : options.keys) {
+    if (key.rfind("sim:", 0) == 0) {
+      const std::size_t mark = key.find('?');
+      if (mark != std::string::npos) add(key.substr(mark + 1));
+    } else {
+      add(key);
+    }
   }
-  if (options.seed) name += fmt::format("{}seed={}", separator, *options.seed);
+  for (const std::string& pair : options.settings) add(pair);
+  const std::pair<const char*, const std::string&> direct[] = {
+      {"film", options.film},        {"scene", options.scene}, {"width_px", options.width},
+      {"height_px", options.height}, {"angle", options.angle}, {"blur_px", options.blur},
+      {"noise", options.noise}};
+  for (const auto& [key, value] : direct) {
+    if (value.find('&') != std::string::npos) {
+      throw InputError(
+          fmt::format("'{}' cannot be used for {}; use --set for more settings.", value, key));
+    }
+    if (!value.empty()) add(fmt::format("{}={}", key, value == "chart24" ? "chart" : value));
+  }
+  if (options.seed) add(fmt::format("seed={}", *options.seed));
   return sim::parse_sim_spec(name);
 }
 
@@ -69,45 +93,41 @@ void write_scan(const sim::SimulatedScan& scan, const std::filesystem::path& pat
   if (writer.result().error) std::rethrow_exception(writer.result().error);
 }
 
-// Process RGB, and u and v where there is a réseau.
-void write_truth(const sim::SimulatedScan& scan, const std::filesystem::path& path, Work& work) {
-  const bool screen = scan.truth.has_screen();
-  std::vector<std::string> channels{"R", "G", "B"};
-  if (screen) channels.insert(channels.end(), {"u", "v"});
-  ExrOptions exr;
-  exr.chromaticities =
-      make_color_model(primary_set_names().front(), Balance::kNeutral, OutputSpace::kProcess)
-          .chromaticities;
-  const int width = scan.format.width_px;
-  const int height = scan.format.n_lines;
-  FloatImageWriter writer(path, width, height, channels, exr);
-  const auto n = static_cast<std::size_t>(width);
-  std::vector<float> red(n), green(n), blue(n), row;
-  std::vector<sim::ScreenPoint> points(n);
-  work.reporter.phase("truth", path.string());
-  for (int y = 0; y < height; ++y) {
-    scan.truth.process_row(y, {red, green, blue});
-    if (screen) scan.truth.screen_row(y, points);
-    row.clear();
-    for (std::size_t x = 0; x < n; ++x) {
-      row.insert(row.end(), {red[x], green[x], blue[x]});
-      if (!screen) continue;
-      row.push_back(static_cast<float>(points[x].u));
-      row.push_back(static_cast<float>(points[x].v));
-    }
-    writer.rows(y, 1, row);
-    work.reporter.progress("truth", {double(y + 1), double(height), "lines", 0});
-    if (work.signals.stop().stop_requested()) return;
+// Picture, elements, spread functions, then the parameters that tell of them.
+void write_truth(const sim::SimSpec& spec, const sim::SimulatedScan& scan,
+                 const std::string& scan_name, const simulate::TruthNames& names, Work& work) {
+  work.reporter.phase("truth", names.picture.string());
+  const bool whole = simulate::write_truth_picture(scan, names.picture, [&work](double fraction) {
+    work.reporter.progress("truth", {fraction, 1, "", 0});
+    return !work.signals.stop().stop_requested();
+  });
+  if (!whole) return;
+  nlohmann::ordered_json object = simulate::truth_to_json(spec, scan);
+  object["files"] = {{"scan", std::filesystem::path(scan_name).filename().string()},
+                     {"picture", names.picture.filename().string()},
+                     {"psf", names.psf.filename().string()}};
+  simulate::write_psf_grid(spec, names.psf);
+  if (scan.truth.has_screen()) {
+    const simulate::FirstPeriod first = simulate::write_element_samples(scan, names.elements);
+    object["files"]["elements"] = names.elements.filename().string();
+    object["elements"] = {{"first_u", first.u}, {"first_v", first.v}};
   }
-  writer.finish();
+  write_json_file(object, names.parameters);
 }
 
 ExitCode run_simulate(const Options& options, Work& work) {
   const sim::SimSpec spec = as_failure(Doing::kReadingOptions, [&] { return spec_of(options); });
-  for (const std::string& file : {options.output, options.truth}) {
-    if (file.empty()) continue;
+  const simulate::TruthNames names = simulate::truth_names(options.truth);
+  std::vector<std::filesystem::path> files{options.output};
+  if (!options.truth.empty()) {
+    if (names.picture == names.parameters) {
+      throw Failure(kExitUsage, "The truth is an EXR; give --truth a name that ends in .exr.");
+    }
+    files.insert(files.end(), {names.picture, names.parameters, names.elements, names.psf});
+  }
+  for (const std::filesystem::path& file : files) {
     refuse_existing(file);
-    const auto parent = std::filesystem::path(file).parent_path();
+    const auto parent = file.parent_path();
     if (!parent.empty()) prepare_directory(parent);
   }
   work.reporter.say(fmt::format("{} × {} px, seed {}, to {}", spec.film.frame.width_px,
@@ -118,7 +138,7 @@ ExitCode run_simulate(const Options& options, Work& work) {
   if (work.signals.count() == 0) {
     as_failure(Doing::kWriting, [&] {
       write_scan(scan, options.output, work);
-      if (!options.truth.empty()) write_truth(scan, options.truth, work);
+      if (!options.truth.empty()) write_truth(spec, scan, options.output, names, work);
     });
   }
   if (work.signals.count() > 0) {
@@ -128,6 +148,7 @@ ExitCode run_simulate(const Options& options, Work& work) {
   work.reporter.event("file", {{"role", "scan"}, {"path", options.output}});
   if (!options.truth.empty()) {
     work.reporter.event("file", {{"role", "truth"}, {"path", options.truth}});
+    work.reporter.event("file", {{"role", "parameters"}, {"path", names.parameters.string()}});
   }
   work.reporter.result_line(options.output);
   return kExitOk;
@@ -139,15 +160,30 @@ void add_simulate(Program& program) {
   auto options = std::make_shared<Options>();
   CLI::App* app = program.add_verb(
       "simulate",
-      "Renders the simulated film straight to a TIFF, as a perfect transport would scan it. The "
-      "truth is an\nEXR with R, G, B (process RGB: 1 = clear film behind that element) and u, v "
-      "(periods of the réseau)\nof every pixel. The same keys and seed give the same file.\n\n"
-      "Keys:\n" +
+      "Renders the simulated film straight to a TIFF: the samples that the simulated unit sends at "
+      "its\nwhite-balance exposures, without the wire. --truth NAME.exr writes what is known "
+      "beside "
+      "it:\nR, G, B (process RGB: 1 = clear film behind that element) and u, v (periods of the "
+      "réseau) of\nevery pixel; NAME.elements.exr, the same of every element; NAME.psf.exr, the "
+      "spread "
+      "functions;\nNAME.json, all parameters. The same settings and seed give the same files.\n\n"
+      "Settings, as words, with --set, or in the name of a device "
+      "(sim:ls5000?angle=10&noise=0):\n" +
           sim::sim_key_help(),
-      "reseau simulate -o film.tif --seed 7\n"
-      "reseau simulate width_px=800 height_px=600 scene=natural -o film.tif --truth truth.exr",
+      "reseau simulate --film dufay --scene chart24 -o scan.tif --truth truth.exr\n"
+      "reseau simulate --width 800 --height 600 --scene natural --set fade=0.3 --seed 7 -o "
+      "film.tif",
       [options](Work& work) { return run_simulate(*options, work); });
-  app->add_option("KEY=VALUE", options->keys, "Properties of film, optics and sensor");
+  app->add_option("KEY=VALUE", options->keys, "Settings of film, optics, stage and sensor");
+  app->add_option("--set", options->settings, "One more setting, KEY=VALUE")
+      ->allow_extra_args(false);
+  app->add_option("--film", options->film, "dufay (default), none or empty");
+  app->add_option("--scene", options->scene, "What the camera saw; chart24 is the chart");
+  app->add_option("--width", options->width, "Pixels of the frame across");
+  app->add_option("--height", options->height, "Pixels of the frame down");
+  app->add_option("--angle", options->angle, "Of the red lines from the y axis [degree]");
+  app->add_option("--blur", options->blur, "Standard deviation of red, green and blue [px]");
+  app->add_option("--noise", options->noise, "Standard deviation at full scale, fraction of it");
   app->add_option("--seed", options->seed, "Seed of scene and noise");
   app->add_option("-o,--output", options->output, "The TIFF; must not exist")->required();
   app->add_option("--truth", options->truth, "The EXR with what is known; must not exist");
