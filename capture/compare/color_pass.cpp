@@ -146,7 +146,7 @@ ColorPass run_color_pass(const Side& a, const Side& b, const std::stop_token& st
                          static_cast<std::size_t>(across);
       pass.blocks[index] = measure_block(
           band_a.values_from(down * kBlockPx), band_b.values_from(down * kBlockPx),
-          static_cast<std::size_t>(width), static_cast<std::size_t>(across * kBlockPx));
+          static_cast<std::size_t>(width), static_cast<std::size_t>(across) * kBlockPx);
     });
   }
   return pass;

@@ -81,6 +81,10 @@ struct ResolutionFigures {
 struct ErrorRaster {
   int cell_px = 1, width = 0, height = 0;
   std::vector<float> mean_delta_e;
+  [[nodiscard]] float at(int x, int y) const {
+    return mean_delta_e[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                        static_cast<std::size_t>(x)];
+  }
 };
 
 struct Comparison {

@@ -75,7 +75,7 @@ ErrorRaster coarser(const ErrorRaster& raster, int most) {
       int n = 0;
       for (int j = y * factor; j < std::min(raster.height, (y + 1) * factor); ++j) {
         for (int i = x * factor; i < std::min(raster.width, (x + 1) * factor); ++i) {
-          const float v = raster.mean_delta_e[static_cast<std::size_t>(j * raster.width + i)];
+          const float v = raster.at(i, j);
           if (!std::isfinite(v)) continue;
           sum += double{v};
           ++n;
@@ -95,10 +95,7 @@ void add_squares(std::string& svg, const ErrorRaster& raster, double full, doubl
   const double side = raster.cell_px * px;
   for (int y = 0; y < raster.height; ++y) {
     for (int x = 0; x < raster.width;) {
-      const auto at = [&](int i) {
-        return hex(color_of(
-            double{raster.mean_delta_e[static_cast<std::size_t>(y * raster.width + i)]} / full));
-      };
+      const auto at = [&](int i) { return hex(color_of(double{raster.at(i, y)} / full)); };
       const std::string color = at(x);
       int end = x + 1;
       while (end < raster.width && at(end) == color) ++end;
@@ -253,10 +250,7 @@ Canvas canvas_of(const Comparison& c, double asked) {
   Canvas canvas(std::max(kLeastWidth, raster.width * zoom), raster.height * zoom + kFoot);
   for (int y = 0; y < raster.height; ++y) {
     for (int x = 0; x < raster.width; ++x) {
-      canvas.fill(
-          x * zoom, y * zoom, zoom, zoom,
-          color_of(double{raster.mean_delta_e[static_cast<std::size_t>(y * raster.width + x)]} /
-                   full));
+      canvas.fill(x * zoom, y * zoom, zoom, zoom, color_of(double{raster.at(x, y)} / full));
     }
   }
   const int top = raster.height * zoom + 8;

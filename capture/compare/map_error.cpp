@@ -168,7 +168,7 @@ class Accumulator {
   void finish() {
     for (int r = 0; r < error_.field_rows; ++r) {
       for (int c = 0; c < error_.field_columns; ++c) {
-        FieldCell& cell = error_.field[static_cast<std::size_t>(r * error_.field_columns + c)];
+        FieldCell& cell = cell_at(c, r);
         cell.x_px = border_ + (c + 0.5) * (width_ - 2 * border_) / error_.field_columns - 0.5;
         cell.y_px = border_ + (r + 0.5) * (height_ - 2 * border_) / error_.field_rows - 0.5;
         if (cell.n == 0) continue;
@@ -199,10 +199,15 @@ class Accumulator {
   }
 
  private:
+  FieldCell& cell_at(int column, int row) {
+    return error_
+        .field[static_cast<std::size_t>(row) * static_cast<std::size_t>(error_.field_columns) +
+               static_cast<std::size_t>(column)];
+  }
   FieldCell& cell_of(int x, int y) {
     const int c = (x - border_) * error_.field_columns / (width_ - 2 * border_);
     const int r = (y - border_) * error_.field_rows / (height_ - 2 * border_);
-    return error_.field[static_cast<std::size_t>(r * error_.field_columns + c)];
+    return cell_at(c, r);
   }
 
   int width_, height_, border_;
