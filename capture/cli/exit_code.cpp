@@ -16,6 +16,7 @@ struct Row {
 
 constexpr std::array kRows{
     Row{kExitOk, "ok", "done"},
+    Row{kExitChecks, "checks", "a figure of paper lies outside its limits"},
     Row{kExitCancelled, "cancelled", "stopped by Ctrl-C; what was read is kept"},
     Row{kExitBusy, "busy", "another program holds the scanner"},
     Row{kExitNoFilm, "no-film", "no film"},

@@ -8,6 +8,7 @@ namespace reseau::cli {
 
 enum ExitCode : int {
   kExitOk = 0,
+  kExitChecks = 1,         // a figure that was asked for lies outside its limits
   kExitCancelled = 2,      // stopped by a person; what was read is kept
   kExitBusy = 3,           // another program holds the unit
   kExitNoFilm = 7,         // no film

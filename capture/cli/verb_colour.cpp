@@ -270,6 +270,7 @@ void add_colour(Program& program) {
   options->color.add_to(*app, false);
   program.prints_own_json(app);
   add_colour_compare(program, group);
+  add_colour_apply(program, group);
 }
 
 }  // namespace reseau::cli

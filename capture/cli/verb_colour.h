@@ -7,6 +7,7 @@
 
 namespace reseau::cli {
 
+void add_colour_apply(Program& program, CLI::App* group);
 void add_colour_compare(Program& program, CLI::App* group);
 
 // Writes a text file beside and renames; a file of that name is refused (Failure kExitOutput).

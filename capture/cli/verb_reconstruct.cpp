@@ -8,6 +8,7 @@
 #include "capture/cli/develop_choice.h"
 #include "capture/cli/event_log.h"
 #include "capture/cli/read_choice.h"
+#include "capture/cli/recolor_run.h"
 #include "capture/cli/verbs.h"
 #include "capture/session/receipt.h"
 
@@ -54,6 +55,11 @@ ExitCode run_reconstruct(const Options& options, Work& work) {
   Reporter& reporter = work.reporter;
   DevelopOptions settings =
       as_failure(Doing::kReadingOptions, [&] { return options.picture.resolve(reporter); });
+  if (is_exr(options.read.file)) {
+    return run_recolor({"reconstruct", options.read.file, options.output, settings.color,
+                        settings.view_gamut, settings.n_threads, !options.picture.no_view},
+                       work);
+  }
   const std::filesystem::path directory(options.output);
   const PictureNames names =
       picture_names(directory, std::filesystem::path(options.read.file).stem().string());
@@ -114,7 +120,9 @@ void add_reconstruct(Program& program) {
       "NAME.png "
       "and\nNAME_view.tif to look at, NAME being that of FILE. Refuses, with exit code 74 and "
       "before "
-      "any work,\nwhen one of them exists. No réseau in the scan: exit code 65 and the reason.",
+      "any work,\nwhen one of them exists. No réseau in the scan: exit code 65 and the reason. A "
+      "FILE "
+      "that\nis a reconstruction (EXR) is only coloured anew, as by 'reseau colour apply'.",
       "reseau reconstruct party.tif -o pictures\n"
       "reseau reconstruct old-scan.tif --gamma 2.2 --space process -o pictures",
       [options](Work& work) { return run_reconstruct(*options, work); });

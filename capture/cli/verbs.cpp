@@ -12,6 +12,7 @@ void add_all_verbs(Program& program) {
   add_replay(program);
   add_simulate(program);
   add_colour(program);
+  add_paper(program);
 }
 
 }  // namespace reseau::cli

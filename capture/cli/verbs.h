@@ -14,6 +14,7 @@ void add_register(Program& program);
 void add_compare(Program& program);
 void add_simulate(Program& program);
 void add_colour(Program& program);
+void add_paper(Program& program);
 
 // All of them, in the order of the help.
 void add_all_verbs(Program& program);

@@ -72,6 +72,12 @@ constexpr AreaRow kAreas[] = {
 constexpr ConeRow kCones[] = {
 #include "core/color/data/cone_matrices.inc"
 };
+constexpr DifferenceRow kPublishedDifferences[] = {
+#include "core/color/data/published_differences.inc"
+};
+constexpr CropDifferenceRow kColorScreenDifferences[] = {
+#include "core/color/data/color_screen_differences.inc"
+};
 constexpr RgbSpaceRow kRgbSpaces[] = {
 #include "core/color/data/rgb_spaces.inc"
 };
@@ -113,5 +119,7 @@ std::span<const GeometryRow> dufaycolor_geometry() { return kDufaycolorGeometry;
 std::span<const AreaRow> area_table() { return kAreas; }
 std::span<const ConeRow> cone_table() { return kCones; }
 std::span<const RgbSpaceRow> rgb_space_table() { return kRgbSpaces; }
+std::span<const DifferenceRow> published_differences() { return kPublishedDifferences; }
+std::span<const CropDifferenceRow> color_screen_differences() { return kColorScreenDifferences; }
 
 }  // namespace reseau

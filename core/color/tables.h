@@ -45,6 +45,21 @@ struct RgbSpaceRow {
   double red_x, red_y, green_x, green_y, blue_x, blue_y, white_x, white_y;
 };
 
+// CIEDE2000 between two sets of primaries.
+struct DifferenceRow {
+  const char* photograph;  // "fig3", "fig6"
+  const char* balance;
+  const char* set_a;
+  const char* set_b;
+  double mean, max;
+};
+struct CropDifferenceRow {
+  const char* balance;
+  const char* set_a;
+  const char* set_b;
+  double mean, max;
+};
+
 [[nodiscard]] std::span<const DataText> set_texts();  // spectra and chromaticities of elements
 [[nodiscard]] std::span<const DataText> dye_texts();
 [[nodiscard]] std::span<const ObserverRow> observer_table_1nm();   // 360..830 nm
@@ -55,5 +70,7 @@ struct RgbSpaceRow {
 [[nodiscard]] std::span<const AreaRow> area_table();
 [[nodiscard]] std::span<const ConeRow> cone_table();  // three rows per transform
 [[nodiscard]] std::span<const RgbSpaceRow> rgb_space_table();
+[[nodiscard]] std::span<const DifferenceRow> published_differences();  // 15 pairs, three times
+[[nodiscard]] std::span<const CropDifferenceRow> color_screen_differences();
 
 }  // namespace reseau

@@ -33,7 +33,10 @@ INSTANTIATE_TEST_SUITE_P(
                       std::vector<std::string>{"compare"}, std::vector<std::string>{"replay"},
                       std::vector<std::string>{"simulate"}, std::vector<std::string>{"colour"},
                       std::vector<std::string>{"colour", "list"},
-                      std::vector<std::string>{"colour", "show"}));
+                      std::vector<std::string>{"colour", "show"},
+                      std::vector<std::string>{"colour", "compare"},
+                      std::vector<std::string>{"colour", "apply"},
+                      std::vector<std::string>{"paper"}));
 
 class UsageE2e : public ::testing::TestWithParam<std::vector<std::string>> {};
 
