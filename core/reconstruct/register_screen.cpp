@@ -162,7 +162,7 @@ class Tracker {
       for (auto& channel : series.harmonic) {
         for (auto& value : channel) value = value.real();
       }
-      samples = measure_samples(cells, fit.map, series, shape);
+      samples = measure_samples(cells, fit.map, series, shape, pattern_blur_px2(series, fit.map));
       const MapFit better = fit_map(samples, format.width_px, format.n_lines);
       if (!better.usable) break;
       fit = better;

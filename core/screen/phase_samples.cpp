@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <queue>
 #include <utility>
 
+#include <Eigen/Dense>
+
 #include "core/base/parallel.h"
+#include "core/screen/element_model.h"
 
 namespace reseau {
 namespace {
@@ -19,10 +23,29 @@ Vec2 carrier_phase(const Carriers& f, Vec2 p) { return {dot(f.u, p), dot(f.v, p)
 
 Mat2 carrier_matrix(const Carriers& f) { return {f.u.x, f.u.y, f.v.x, f.v.y}; }
 
+// Where the brightness of a window has its centre, against where the window has it. Blur moves the
+// pattern up the slope of the brightness s by blur^2 grad(ln s); the mean of grad(ln s) over a
+// Gaussian window with the weight s^2 is half the offset of the centre of s^2 over the window's
+// own variance, whatever the picture looks like inside.
+struct Slope {
+  Vec2 bright, all;
+  double sum_bright = 0, sum_all = 0;
+  void add(Vec2 offset, double weight, double light) {
+    bright = bright + (weight * light) * offset;
+    all = all + weight * offset;
+    sum_bright += weight * light;
+    sum_all += weight;
+  }
+  [[nodiscard]] Vec2 log_gradient(double sigma_px) const {
+    if (!(sum_bright > 0)) return {};
+    return (0.5 / (sigma_px * sigma_px)) * ((1 / sum_bright) * bright - (1 / sum_all) * all);
+  }
+};
+
 // Sums the cells about (column, row) as seen by `screen_at`, a prediction of screen coordinates.
 template <typename Predict>
 Moments window_at(const CellGrid& cells, double column, double row, double sigma,
-                  const Predict& predict) {
+                  const Predict& predict, Slope* slope = nullptr) {
   Moments window;
   const int reach = static_cast<int>(std::ceil(2.5 * sigma));
   const int c0 = std::max(0, static_cast<int>(std::floor(column)) - reach);
@@ -31,9 +54,12 @@ Moments window_at(const CellGrid& cells, double column, double row, double sigma
   const int r1 = std::min(cells.n_rows() - 1, static_cast<int>(std::ceil(row)) + reach);
   for (int r = r0; r <= r1; ++r) {
     for (int c = c0; c <= c1; ++c) {
-      if (!(cells.light(c, r) > 0)) continue;
       const double distance = (c - column) * (c - column) + (r - row) * (r - row);
       const double weight = std::exp(-0.5 * distance / (sigma * sigma));
+      if (slope != nullptr) {
+        slope->add({kCellPx * (c - column), kCellPx * (r - row)}, weight, cells.light(c, r));
+      }
+      if (!(cells.light(c, r) > 0)) continue;
       const Vec2 p = cells.center(c, r);
       add_rephased(window, cells.cell(c, r), predict(p) - carrier_phase(cells.carriers(), p),
                    weight);
@@ -145,7 +171,8 @@ std::vector<PhaseSample> grow_samples(const CellGrid& cells, Vec2 seed_px, Vec2 
 }
 
 std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap& map,
-                                         const ColorSeries& series, const WindowShape& shape) {
+                                         const ColorSeries& series, const WindowShape& shape,
+                                         double blur_px2) {
   const int stride = shape.stride_cells;
   const int nx = (cells.n_columns() + stride - 1) / stride;
   const int ny = (cells.n_rows() + stride - 1) / stride;
@@ -168,10 +195,13 @@ std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap&
     for (int i = 0; i < nx; ++i) {
       const int column = std::min(i * stride + stride / 2, cells.n_columns() - 1);
       const int row = std::min(j * stride + stride / 2, cells.n_rows() - 1);
-      const Moments window = window_at(cells, column, row, shape.sigma_cells, screen_at);
+      Slope slope;
+      const Moments window = window_at(cells, column, row, shape.sigma_cells, screen_at, &slope);
       const Vec2 p = cells.center(column, row);
       PhaseSample sample;
       if (!make_sample(fit_shift(window, series), p, screen_at(p), sample)) continue;
+      const Vec2 drift = blur_px2 * slope.log_gradient(shape.sigma_cells * kCellPx);
+      sample.s_in_screen = sample.s_in_screen - map.jacobian(p) * drift;
       if (std::max(sample.info_u, sample.info_v) < kLeastInfo) continue;
       rows[static_cast<std::size_t>(j)].push_back(sample);
     }
@@ -179,6 +209,32 @@ std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap&
   std::vector<PhaseSample> samples;
   for (const auto& row : rows) samples.insert(samples.end(), row.begin(), row.end());
   return samples;
+}
+
+double pattern_blur_px2(const ColorSeries& series, const ScreenMap& map) {
+  // As many amplitudes as the series has; the rest of the model's are not measured here.
+  constexpr int kKnown = 1 + kSeries;
+  const ElementModel model(map.linear(), {});
+  const auto misfit = [&](double sigma_px) {
+    const Eigen::Matrix<double, kKnown, 3> columns = model.columns(sigma_px).topRows<kKnown>();
+    const auto solver = columns.colPivHouseholderQr();
+    double sum = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      Eigen::Matrix<double, kKnown, 1> seen;
+      seen(0) = series.mean[c];
+      for (int i = 0; i < kSeries; ++i) {
+        seen(i + 1) = std::numbers::sqrt2 * series.harmonic[c][static_cast<std::size_t>(i)].real();
+      }
+      sum += (seen - columns * solver.solve(seen)).squaredNorm() / seen.squaredNorm();
+    }
+    return sum;
+  };
+  constexpr double kLeast = 0.25, kMost = 3.5, kStep = 0.05;
+  double best = kLeast;
+  for (double sigma = kLeast; sigma < kMost; sigma += kStep) {
+    if (misfit(sigma) < misfit(best)) best = sigma;
+  }
+  return best * best;
 }
 
 bool pooled_series(const CellGrid& cells, const ScreenMap& map, ColorSeries& series) {

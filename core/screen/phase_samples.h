@@ -27,10 +27,17 @@ struct WindowShape {
                                                     Vec2 screen_at_seed, const ColorSeries& series,
                                                     const WindowShape& shape);
 
-// Measures every window against a map that is right to a fraction of a period.
+// Measures every window against a map that is right to a fraction of a period. Blur moves the
+// pattern up the slope of the brightness s: a mask m seen through a blur of variance b [px^2] is
+// h * (s m) = s (h * m) + b grad(s) . grad(h * m) + ..., the mask b grad(ln s) away. With blur_px2
+// = b that drift is taken off.
 [[nodiscard]] std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap& map,
                                                        const ColorSeries& series,
-                                                       const WindowShape& shape);
+                                                       const WindowShape& shape, double blur_px2);
+
+// Variance of the blur that explains the amplitudes of a series best, a step of 0.05 px in its
+// root [px^2].
+[[nodiscard]] double pattern_blur_px2(const ColorSeries& series, const ScreenMap& map);
 
 // Series over all cells under a map.
 [[nodiscard]] bool pooled_series(const CellGrid& cells, const ScreenMap& map, ColorSeries& series);

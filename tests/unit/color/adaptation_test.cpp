@@ -19,10 +19,10 @@ TEST(Bradford, AgreesWithThePublishedMatrixFromD50ToD65) {
 
 // Computed by another program from the printed cone matrix.
 TEST(Cat16, AgreesWithAnIndependentMatrixFromD50ToD65) {
-  const Matrix3 expected{0.9894962,  -0.0399233, 0.0439904,  -0.0053911, 1.0066457,
-                         -0.0017541, -0.0004037, 0.0150564,  1.3016843};
-  const Matrix3 own = target_from_source(AdaptationMethod::kCat16, {0.96422, 1, 0.82521},
-                                         {0.95047, 1, 1.08883});
+  const Matrix3 expected{0.9894962,  -0.0399233, 0.0439904, -0.0053911, 1.0066457,
+                         -0.0017541, -0.0004037, 0.0150564, 1.3016843};
+  const Matrix3 own =
+      target_from_source(AdaptationMethod::kCat16, {0.96422, 1, 0.82521}, {0.95047, 1, 1.08883});
   for (std::size_t i = 0; i < 9; ++i) {
     EXPECT_NEAR(own[i], expected[i], 2e-7);
   }
