@@ -6,35 +6,10 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "drivers/sim/edge_ramp.h"
 
 namespace reseau::sim {
 namespace {
-
-// Mean of a half plane over a square cell. With the cell projected on the gradient of a coordinate
-// s, the mean is a ramp: the convolution of two boxes as wide as the two projected sides.
-class EdgeRamp {
- public:
-  // s_x, s_y: change of s over one cell along x and y.
-  EdgeRamp(double s_x, double s_y) {
-    const double wide = std::max(std::abs(s_x), std::abs(s_y));
-    // A box narrower than this is a step for float arithmetic.
-    const double narrow = std::max(std::min(std::abs(s_x), std::abs(s_y)), 0.002 * wide);
-    outer_ = static_cast<float>((wide + narrow) / 2);
-    inner_ = static_cast<float>((wide - narrow) / 2);
-    gain_ = static_cast<float>(1 / (2 * wide * narrow));
-  }
-  // Mean of (s > 0) over a cell with s = d at its centre.
-  [[nodiscard]] float operator()(float d) const {
-    // Clamping by absolute values: compilers turn it into vector code, comparisons not.
-    d = 0.5F * (std::abs(d + outer_) - std::abs(d - outer_));
-    return gain_ * (square(d + outer_) - square(d + inner_) - square(d - inner_));
-  }
-
- private:
-  // Of the positive part.
-  static float square(float t) { return 0.5F * t * (t + std::abs(t)); }
-  float outer_, inner_, gain_;
-};
 
 float from_nearest_integer(float t) {  // t > 0
   // NOLINTNEXTLINE(bugprone-incorrect-roundings): t > 0, and lround would cost a call per cell
@@ -70,7 +45,7 @@ struct BlockIn {
 // From places on the screen to transmittances.
 class CellPattern {
  public:
-  CellPattern(const DufayScreen& screen, const ElementResponse& response, double cell_px)
+  CellPattern(const PlacedScreen& screen, const ElementResponse& response, double cell_px)
       : ramp_u_(screen.gradient().u_x * cell_px, screen.gradient().u_y * cell_px),
         ramp_v_(screen.gradient().v_x * cell_px, screen.gradient().v_y * cell_px),
         red_begins_(static_cast<float>(0.5 - screen.spec().red_fraction / 2)),
@@ -110,25 +85,23 @@ class CellPattern {
 
 }  // namespace
 
-ElementResponse element_response(double fade) {
-  // Per unit of infrared, from a 4000 dpi LS-9000 scan with all four channels.
-  constexpr ElementResponse kFresh{{{1.25, 0.16, 0.16}, {0.08, 1.01, 0.46}, {0.07, 0.21, 0.77}}};
-  constexpr double kLargest = 1.25;
-  ElementResponse result{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double grey = (kFresh[k][0] + kFresh[k][1] + kFresh[k][2]) / 3;
-    for (std::size_t c = 0; c < 3; ++c) {
-      result[k][c] = ((1 - fade) * kFresh[k][c] + fade * grey) / kLargest;
-    }
-  }
-  return result;
-}
-
 DufayFilm::DufayFilm(const FilmSpec& spec)
-    : strip_(spec), screen_(spec.screen, spec.frame), response_(element_response(spec.fade)) {}
+    : strip_(spec), screen_(spec), response_(element_response(spec.dyes.fade)) {}
 
-ScreenPoint DufayFilm::screen_from_scan(double x, double y) const {
-  return screen_.screen_from_film(strip_.film_from_scan(x, y));
+bool DufayFilm::can_render(const FilmSpec& spec) {
+  const PrintSpec& print = spec.print;
+  const DamageSpec& harm = spec.damage;
+  constexpr double kStraightPx = 2e-3;  // that the réseau may leave a line within a block
+  return spec.kind == FilmKind::kDufay && spec.screen.kind == ScreenKind::kDufay &&
+         !spec.general_path &&
+         (spec.scene == SceneKind::kChart || spec.scene == SceneKind::kNatural) &&
+         PlacedScreen(spec).largest_curvature() * kBlockPx * kBlockPx / 8 < kStraightPx &&
+         spec.dyes.source == DyeSource::kMeasured && spec.dyes.infrared_leak == 0 &&
+         spec.emulsion.spread_um == 0 && spec.emulsion.silver_spread_um == 0 &&
+         spec.emulsion.grain == 0 && print.overlap_um == 0 && print.position_noise_um == 0 &&
+         print.width_noise_um == 0 && print.missing == 0 && harm.dust_per_cm2 == 0 &&
+         harm.scratches_per_cm == 0 && harm.bubbles_per_cm2 == 0 && harm.faded_areas == 0 &&
+         harm.stains == 0 && spec.frame.outside_px == 0;
 }
 
 void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out) const {
@@ -143,9 +116,9 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
 
   const double cell = 1.0 / per_px;
   const CellPattern pattern(screen_, response_, cell);
-  ScreenPoint from = screen_from_scan(first_px, y);
+  ScreenPoint from = screen_.screen_from_scan(first_px, y);
   for (int block = 0; block < n_px; block += kBlockPx) {
-    const ScreenPoint to = screen_from_scan(first_px + block + kBlockPx, y);
+    const ScreenPoint to = screen_.screen_from_scan(first_px + block + kBlockPx, y);
     // Within a block (0.1 mm) the réseau is straight; whole periods are taken off in double
     // precision and a few are added so that every value stays positive.
     const double base_u = from.u - std::floor(from.u) + 8, step_u = (to.u - from.u) / kBlockPx;
@@ -170,46 +143,6 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
     }
     from = to;
   }
-}
-
-void PlainFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out) const {
-  out.resize(first_px, n_px, per_px);
-  thread_local SilverRow silver;
-  silver.read(strip_, y, first_px, n_px);
-  for (std::size_t i = 0; i < silver.r.size(); ++i) {
-    silver.r[i] = 0.30F * silver.r[i] + 0.59F * silver.g[i] + 0.11F * silver.b[i];
-  }
-  for (int s = 0; s < per_px; ++s) {
-    const double offset = (s + 0.5) / per_px - 0.5;
-    const float* t = silver.r.data() + (offset < 0 ? 0 : 1);
-    const auto right_weight = static_cast<float>(offset < 0 ? 1 + offset : offset);
-    for (int i = 0; i < n_px; ++i) {
-      const float value = t[i] + right_weight * (t[i + 1] - t[i]);
-      for (int c = 0; c < kChannels; ++c) out.phase(c, s)[i] = value;
-    }
-  }
-}
-
-Film::Extent NoFilm::extent() const {
-  constexpr int kFar = 1 << 28;
-  return {-kFar, kFar};
-}
-
-void NoFilm::cells(double /*y*/, int first_px, int n_px, int per_px, CellRow& out) const {
-  out.resize(first_px, n_px, per_px);
-  fill(out, 1.0F);
-}
-
-std::unique_ptr<Film> make_film(const FilmSpec& spec) {
-  switch (spec.kind) {
-    case FilmKind::kDufay:
-      return std::make_unique<DufayFilm>(spec);
-    case FilmKind::kPlain:
-      return std::make_unique<PlainFilm>(spec);
-    case FilmKind::kEmpty:
-      break;
-  }
-  return std::make_unique<NoFilm>();
 }
 
 }  // namespace reseau::sim

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/check.h"
 #include "drivers/sim/hash.h"
@@ -21,17 +22,38 @@ float edge_weight(double distance_px) {
 }  // namespace
 
 FilmStrip::FilmStrip(const FilmSpec& spec)
-    : spec_(spec), margin_px_(spec.frame.rebate_px + spec.frame.border_px) {
-  const double width = spec.frame.width_px - 2 * margin_px_;
+    : spec_(spec),
+      taking_(make_taking(spec.emulsion.ideal_taking)),
+      hd_(spec.emulsion.hd),
+      margin_px_(spec.frame.rebate_px + spec.frame.border_px) {
+  const double width = spec.frame.width_px - 2 * (margin_px_ + spec.frame.outside_px);
   const double height = spec.frame.height_px - 2 * margin_px_;
   CHECK(width > 0 && height > 0 && spec.frame.n_frames >= 1);
-  if (spec.scene == SceneKind::kChart) {
-    scenes_.push_back(make_chart_scene(width, height));
-  } else {
-    for (int k = 0; k < spec.frame.n_frames; ++k) {
-      scenes_.push_back(
-          make_natural_scene(width, height, mix64(spec.seed, static_cast<std::uint64_t>(k))));
-    }
+  switch (spec.scene) {
+    case SceneKind::kChart:
+      scenes_.push_back(make_chart_scene(width, height));
+      break;
+    case SceneKind::kNatural:
+      for (int k = 0; k < spec.frame.n_frames; ++k) {
+        scenes_.push_back(
+            make_natural_scene(width, height, mix64(spec.seed, static_cast<std::uint64_t>(k))));
+      }
+      break;
+    case SceneKind::kSweep:
+      scenes_.push_back(make_sweep_scene(width, height));
+      break;
+    case SceneKind::kEdges:
+      scenes_.push_back(make_edges_scene(width, height, spec.edge_angle_deg));
+      break;
+    case SceneKind::kZone:
+      scenes_.push_back(make_zone_scene(width, height, spec.finest_cy_per_px));
+      break;
+    case SceneKind::kStar:
+      scenes_.push_back(make_star_scene(width, height, spec.spokes));
+      break;
+    case SceneKind::kImage:
+      scenes_.push_back(make_image_scene(spec.raster, width, height));
+      break;
   }
 }
 
@@ -60,35 +82,68 @@ void FilmStrip::silver_row(double y, double x0, const RgbRow& out) const {
     for (const std::span<float> band : {out.r, out.g, out.b}) std::ranges::fill(band, 1.0F);
     return;
   }
+  exposure(y, x0, 0, out);
+  for (const std::span<float> band : {out.r, out.g, out.b}) hd_.apply(band);
+}
+
+void FilmStrip::exposure_cells(double y, double x0, double side_px, const RgbRow& out) const {
+  exposure(y, x0, side_px, out);
+}
+
+void FilmStrip::exposure(double y, double x0, double side_px, const RgbRow& out) const {
   if (!spec_.mirrored) {
     const FilmPoint p = film_from_scan(x0, y);
-    silver_in_film(p.y, p.x, out);
+    exposure_in_film(p.y, p.x, side_px, out);
     return;
   }
-  const FilmPoint last = film_from_scan(x0 + static_cast<double>(out.r.size()) - 1, y);
-  silver_in_film(last.y, last.x, out);
+  const double step = side_px == 0 ? 1.0 : side_px;
+  const FilmPoint last = film_from_scan(x0 + (static_cast<double>(out.r.size()) - 1) * step, y);
+  exposure_in_film(last.y, last.x, side_px, out);
   for (const std::span<float> band : {out.r, out.g, out.b}) std::ranges::reverse(band);
 }
 
-void FilmStrip::silver_in_film(double film_y, double film_x0, const RgbRow& out) const {
+void FilmStrip::exposure_in_film(double film_y, double film_x0, double side_px,
+                                 const RgbRow& out) const {
   const int frame = frame_at(film_y);
   const double local_y = film_y - static_cast<double>(frame) * spec_.frame.height_px;
-  const std::size_t scene = scenes_.size() == 1 ? 0 : static_cast<std::size_t>(frame);
-  scenes_[scene]->row(local_y - margin_px_, film_x0 - margin_px_, out);
-  apply_frame(local_y, film_x0, out);
+  const Scene& scene = *scenes_[scenes_.size() == 1 ? 0 : static_cast<std::size_t>(frame)];
+  const double x0 = film_x0 - margin_px_ - spec_.frame.outside_px;
+  if (side_px == 0) {
+    scene.row(local_y - margin_px_, x0, out);
+  } else {
+    scene.cells(local_y - margin_px_, x0, side_px, out);
+  }
+  if (!taking_.is_identity && !scene.is_filtered()) apply_taking(out);
+  apply_frame(local_y, film_x0, side_px == 0 ? 1.0 : side_px, out);
 }
 
-void FilmStrip::apply_frame(double local_y, double film_x0, const RgbRow& out) const {
+void FilmStrip::apply_taking(const RgbRow& out) const {
+  for (std::size_t i = 0; i < out.r.size(); ++i) {
+    const std::array<double, 3> light{out.r[i], out.g[i], out.b[i]};
+    std::array<float, 3> behind{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& row = taking_.matrix[k];
+      behind[k] = static_cast<float>(row[0] * light[0] + row[1] * light[1] + row[2] * light[2]);
+    }
+    out.r[i] = behind[0];
+    out.g[i] = behind[1];
+    out.b[i] = behind[2];
+  }
+}
+
+void FilmStrip::apply_frame(double local_y, double film_x0, double step_px,
+                            const RgbRow& out) const {
   const FrameSpec& frame = spec_.frame;
   if (margin_px_ == 0) return;
+  const double side = frame.outside_px;
   const double inside_y = std::min(local_y + 0.5, frame.height_px - 0.5 - local_y);
   const bool row_is_picture = inside_y > margin_px_ + kFrameEdgePx;
-  const double picture_begin = margin_px_ + kFrameEdgePx - 0.5;
-  const double picture_end = frame.width_px - 0.5 - margin_px_ - kFrameEdgePx;
+  const double picture_begin = side + margin_px_ + kFrameEdgePx - 0.5;
+  const double picture_end = frame.width_px - 0.5 - side - margin_px_ - kFrameEdgePx;
   for (std::size_t i = 0; i < out.r.size(); ++i) {
-    const double x = film_x0 + static_cast<double>(i);
+    const double x = film_x0 + static_cast<double>(i) * step_px;
     if (row_is_picture && x > picture_begin && x < picture_end) continue;
-    const double inside = std::min({x + 0.5, frame.width_px - 0.5 - x, inside_y});
+    const double inside = std::min({x + 0.5 - side, frame.width_px - 0.5 - side - x, inside_y});
     const float not_rebate = frame.rebate_px > 0 ? edge_weight(inside - frame.rebate_px) : 1.0F;
     const float picture = frame.border_px > 0 ? edge_weight(inside - margin_px_) : not_rebate;
     for (const std::span<float> band : {out.r, out.g, out.b}) {
@@ -106,22 +161,60 @@ std::array<double, 3> FilmStrip::silver_at(double x, double y) const {
 
 std::vector<Patch> FilmStrip::patches() const {
   std::vector<Patch> result;
+  const double side = margin_px_ + spec_.frame.outside_px;
   for (int k = 0; k < spec_.frame.n_frames; ++k) {
     const std::size_t scene = scenes_.size() == 1 ? 0 : static_cast<std::size_t>(k);
+    const double top = margin_px_ + static_cast<double>(k) * spec_.frame.height_px;
     for (Patch patch : scenes_[scene]->patches()) {
-      const double top = margin_px_ + static_cast<double>(k) * spec_.frame.height_px;
-      double left = patch.x0 + margin_px_, right = patch.x1 + margin_px_;
+      patch.x0 += side;
+      patch.x1 += side;
       if (spec_.mirrored) {
         const double mirror = spec_.frame.width_px - 1;
-        left = mirror - (patch.x1 + margin_px_);
-        right = mirror - (patch.x0 + margin_px_);
+        const double left = mirror - patch.x1;
+        patch.x1 = mirror - patch.x0;
+        patch.x0 = left;
       }
-      patch.x0 = left;
-      patch.x1 = right;
       patch.y0 += top;
       patch.y1 += top;
+      patch.rgb = silver_of(patch.rgb);
       result.push_back(patch);
     }
+  }
+  return result;
+}
+
+std::vector<Edge> FilmStrip::edges() const {
+  std::vector<Edge> result;
+  const double side = margin_px_ + spec_.frame.outside_px;
+  const double mirror = spec_.frame.width_px - 1;
+  for (int k = 0; k < spec_.frame.n_frames; ++k) {
+    const std::size_t scene = scenes_.size() == 1 ? 0 : static_cast<std::size_t>(k);
+    const double top = margin_px_ + static_cast<double>(k) * spec_.frame.height_px;
+    for (Edge edge : scenes_[scene]->edges()) {
+      for (double* x : {&edge.x, &edge.x0, &edge.x1}) *x += side;
+      for (double* y : {&edge.y, &edge.y0, &edge.y1}) *y += top;
+      if (spec_.mirrored) {
+        for (double* x : {&edge.x, &edge.x0, &edge.x1}) *x = mirror - *x;
+        std::swap(edge.x0, edge.x1);
+        std::swap(edge.left, edge.right);
+        edge.angle_deg = -edge.angle_deg;
+      }
+      edge.left = silver_of(edge.left);
+      edge.right = silver_of(edge.right);
+      result.push_back(edge);
+    }
+  }
+  return result;
+}
+
+std::array<double, 3> FilmStrip::silver_of(const std::array<double, 3>& light) const {
+  std::array<double, 3> result = light;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!taking_.is_identity) {
+      const auto& row = taking_.matrix[k];
+      result[k] = row[0] * light[0] + row[1] * light[1] + row[2] * light[2];
+    }
+    result[k] = hd_.transmittance(result[k]);
   }
   return result;
 }

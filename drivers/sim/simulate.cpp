@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
@@ -11,8 +12,21 @@
 namespace reseau::sim {
 
 FilmTruth::FilmTruth(const FilmSpec& spec, const ScanWindow& window, const ScanGeometry& geometry)
-    : spec_(spec), window_(window), geometry_(geometry), strip_(std::make_unique<FilmStrip>(spec)) {
-  if (spec.kind == FilmKind::kDufay) dufay_ = std::make_unique<DufayFilm>(spec);
+    : spec_(spec),
+      window_(window),
+      geometry_(geometry),
+      strip_(std::make_shared<FilmStrip>(spec)),
+      screen_(std::make_shared<PlacedScreen>(spec)) {
+  if (spec.kind == FilmKind::kEmpty) return;
+  FilmSpec whole = spec;
+  whole.emulsion.grain = 0;
+  whole.dyes.infrared_leak = 0;
+  whole.damage.faded_areas = whole.damage.stains = 0;
+  whole_film_ = std::make_shared<ScreenFilm>(whole);
+}
+
+std::string_view FilmTruth::screen_name() const {
+  return has_screen() ? describe_screen(spec_.screen).name : std::string_view();
 }
 
 ScanGeometry geometry_of(const SimSpec& spec, const SensorSpec& sensor) {
@@ -31,15 +45,15 @@ ScanPlace FilmTruth::optical(double x, double y) const {
 }
 
 ScreenPoint FilmTruth::screen_from_scan(double x, double y) const {
-  CHECK(dufay_ != nullptr);
+  CHECK(has_screen());
   const ScanPlace at = optical(x, y);
-  return dufay_->screen_from_scan(at.x, at.y);
+  return screen_->screen_from_scan(at.x, at.y);
 }
 
 ScreenPoint FilmTruth::screen_from_scan(int channel, double x, double y) const {
-  CHECK(dufay_ != nullptr);
+  CHECK(has_screen());
   const ScanPlace at = geometry_.place(channel, window_.optical_x(x), window_.optical_y(y));
-  return dufay_->screen_from_scan(at.x, at.y);
+  return screen_->screen_from_scan(at.x, at.y);
 }
 
 std::array<double, 3> FilmTruth::process_rgb(double x, double y) const {
@@ -92,20 +106,103 @@ std::vector<Patch> FilmTruth::patches() const {
   return result;
 }
 
+std::vector<Edge> FilmTruth::edges() const {
+  std::vector<Edge> result;
+  if (spec_.kind == FilmKind::kEmpty) return result;
+  const double p = window_.pitch, step = window_.step(), shift = (window_.pitch - 1) / 2.0;
+  const ScanPlace error = geometry_.largest();
+  for (Edge edge : strip_->edges()) {
+    edge.x0 += error.x;
+    edge.x1 -= error.x;
+    edge.y0 += error.y;
+    edge.y1 -= error.y;
+    for (double* x : {&edge.x, &edge.x0, &edge.x1}) *x = (*x - window_.x_px - shift) / p;
+    for (double* y : {&edge.y, &edge.y0, &edge.y1}) *y = (*y - window_.y_px - shift) / step;
+    // Lines may be further apart than pixels.
+    const double angle = edge.angle_deg * std::numbers::pi / 180;
+    edge.angle_deg =
+        std::atan2(std::sin(angle) / p, std::cos(angle) / step) * 180 / std::numbers::pi;
+    edge.x0 = std::max(edge.x0, 0.0);
+    edge.y0 = std::max(edge.y0, 0.0);
+    edge.x1 = std::min(edge.x1, window_.width_px - 1.0);
+    edge.y1 = std::min(edge.y1, window_.n_lines - 1.0);
+    if (edge.x0 < edge.x && edge.x < edge.x1 && edge.y0 < edge.y && edge.y < edge.y1) {
+      result.push_back(edge);
+    }
+  }
+  return result;
+}
+
+// Pixels one optical pixel apart, the first centred at x.
+void FilmTruth::silver_pixels(double y, double x, std::span<float> out) const {
+  constexpr int kPerPx = 4;
+  const auto left = static_cast<int>(std::floor((x - 1) / kBlockPx)) * kBlockPx;
+  const auto right = static_cast<int>(std::floor(x)) + static_cast<int>(out.size()) + 2;
+  const int n_px = (right - left + kBlockPx - 1) / kBlockPx * kBlockPx;
+  thread_local CellRow cells;
+  std::vector<double> integral(static_cast<std::size_t>(n_px * kPerPx) + 1, 0.0);
+  for (int row = 0; row < kPerPx; ++row) {
+    whole_film_->silver_cells(y + cell_offset_px(row, kPerPx), left, n_px, kPerPx, cells);
+    double sum = 0;
+    for (int k = 0; k < n_px * kPerPx; ++k) {
+      sum += static_cast<double>(cells.phase(kInfrared, k % kPerPx)[k / kPerPx]);
+      integral[static_cast<std::size_t>(k) + 1] += sum;
+    }
+  }
+  const auto until = [&](double at_px) {
+    const double t = (at_px - left + 0.5) * kPerPx;
+    const auto k = static_cast<std::size_t>(t);
+    return integral[k] + (t - static_cast<double>(k)) * (integral[k + 1] - integral[k]);
+  };
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const double at = x + static_cast<double>(i);
+    out[i] = static_cast<float>((until(at + 0.5) - until(at - 0.5)) / (kPerPx * kPerPx));
+  }
+}
+
+void FilmTruth::silver_row(double y, std::span<float> out) const {
+  if (spec_.kind == FilmKind::kEmpty) {
+    std::ranges::fill(out, 1.0F);
+    return;
+  }
+  // In runs over which the scanner looks along a row of the film.
+  constexpr double kSamePx = 1e-6;
+  std::size_t begin = 0;
+  while (begin < out.size()) {
+    const ScanPlace first = optical(static_cast<double>(begin), y);
+    std::size_t end = begin + 1;
+    for (; end < out.size(); ++end) {
+      const ScanPlace p = optical(static_cast<double>(end), y);
+      const double expected = first.x + static_cast<double>(end - begin);
+      if (std::abs(p.x - expected) > kSamePx || std::abs(p.y - first.y) > kSamePx) break;
+    }
+    silver_pixels(first.y, first.x, out.subspan(begin, end - begin));
+    begin = end;
+  }
+}
+
+void FilmTruth::harm_row(double y, std::span<float> out) const {
+  std::ranges::fill(out, 0.0F);
+  if (spec_.kind == FilmKind::kEmpty || !whole_film_->damage().has_local()) return;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const ScanPlace at = optical(static_cast<double>(i), y);
+    whole_film_->harm_row(at.y, at.x, out.subspan(i, 1));
+  }
+}
+
 ScreenGradient FilmTruth::mean_gradient() const {
-  CHECK(dufay_ != nullptr);
-  ScreenGradient g = dufay_->screen().gradient();
-  const double sign = spec_.mirrored ? -window_.pitch : window_.pitch;
-  g.u_x *= sign;
-  g.v_x *= sign;
+  CHECK(has_screen());
+  ScreenGradient g = screen_->scan_gradient();
+  g.u_x *= window_.pitch;
+  g.v_x *= window_.pitch;
   g.u_y *= window_.step();
   g.v_y *= window_.step();
   return g;
 }
 
 std::array<double, 3> FilmTruth::area_fractions() const {
-  CHECK(dufay_ != nullptr);
-  return dufay_->screen().area_fractions();
+  CHECK(has_screen());
+  return describe_screen(spec_.screen).areas;
 }
 
 SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window) {

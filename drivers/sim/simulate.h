@@ -5,11 +5,14 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/line/line_format.h"
-#include "drivers/sim/dufay_film.h"
 #include "drivers/sim/optical_transfer.h"
+#include "drivers/sim/film/element_response.h"
+#include "drivers/sim/film/make_film.h"
+#include "drivers/sim/film/screen_film.h"
 #include "drivers/sim/scan_renderer.h"
 #include "drivers/sim/sim_spec.h"
 
@@ -23,7 +26,9 @@ class FilmTruth {
   FilmTruth(const FilmSpec& spec, const ScanWindow& window, const ScanGeometry& geometry = {});
 
   // False for film=none and film=empty: then there is no réseau.
-  [[nodiscard]] bool has_screen() const { return dufay_ != nullptr; }
+  [[nodiscard]] bool has_screen() const { return spec_.kind == FilmKind::kDufay; }
+  // "dufay", "paget" …; empty without a réseau.
+  [[nodiscard]] std::string_view screen_name() const;
   // (u, v) in periods, conventions of ScreenPoint. has_screen() must hold.
   // Every displacement of the scanner is in it but lateral colour, which needs the channel (0 to 3:
   // R G B IR).
@@ -35,9 +40,17 @@ class FilmTruth {
   // The same for a whole row of the window: sample i is at (i, y). Much faster than point by point.
   void process_row(double y, const RgbRow& out) const;
   void screen_row(double y, std::span<ScreenPoint> out) const;
+  // Silver transmittance of a pixel as the film has it: behind the elements that lie there, after
+  // the spread in the emulsion, mean over the pixel; without grain, harm, dyes, blur. What a
+  // perfect infrared channel would show.
+  void silver_row(double y, std::span<float> out) const;
+  // How far dust, hairs, scratches and bubbles hide the film at the centre of a pixel, 0..1.
+  void harm_row(double y, std::span<float> out) const;
   // Flat areas, clipped to the window; empty for scenes that have none.
   [[nodiscard]] std::vector<Patch> patches() const;
-  // Frequency vectors of u and of v, the bend left out [cycles/px]: {u_x, u_y}, {v_x, v_y}.
+  // Straight borders between two colours (scene=edges), those within the window.
+  [[nodiscard]] std::vector<Edge> edges() const;
+  // Frequency vectors of u and of v, deformation left out [cycles/px]: {u_x, u_y}, {v_x, v_y}.
   [[nodiscard]] ScreenGradient mean_gradient() const;
   [[nodiscard]] std::array<double, 3> area_fractions() const;
   [[nodiscard]] const FilmSpec& spec() const { return spec_; }
@@ -45,11 +58,13 @@ class FilmTruth {
  private:
   // Where a perfect scanner would see what delivered pixel (x, y) sees.
   [[nodiscard]] ScanPlace optical(double x, double y) const;
+  void silver_pixels(double y, double x, std::span<float> out) const;
   FilmSpec spec_;
   ScanWindow window_;
   ScanGeometry geometry_;
-  std::unique_ptr<FilmStrip> strip_;
-  std::unique_ptr<DufayFilm> dufay_;
+  std::shared_ptr<const FilmStrip> strip_;
+  std::shared_ptr<const PlacedScreen> screen_;
+  std::shared_ptr<const ScreenFilm> whole_film_;  // without grain, leak and faded places
 };
 
 // The scanner's geometry under these settings; its field is the frame's width. sensor: with the

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "core/base/check.h"
-#include "drivers/sim/dufay_film.h"
+#include "drivers/sim/film/make_film.h"
 
 namespace reseau::sim {
 namespace {

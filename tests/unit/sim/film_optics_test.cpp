@@ -24,7 +24,7 @@ class AnalyticScreen {
       : spec_(spec), truth_(truth), silver_(silver) {}
 
   double operator()(double x, double y, std::size_t channel) const {
-    const ElementResponse p = element_response(spec_.film.fade);
+    const ElementResponse p = element_response(spec_.film.dyes.fade);
     const ScreenGradient g = truth_.mean_gradient();
     const ScreenPoint s = truth_.screen_from_scan(x, y);
     std::array<double, 3> level{};

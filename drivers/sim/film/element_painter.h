@@ -1,0 +1,56 @@
+// Which dyes cover what part of each cell.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "drivers/sim/edge_ramp.h"
+#include "drivers/sim/film/placed_screen.h"
+#include "drivers/sim/film/plane_row.h"
+#include "drivers/sim/film/printing_noise.h"
+#include "drivers/sim/film/screen_description.h"
+#include "drivers/sim/film_spec.h"
+
+namespace reseau::sim {
+
+// Shapes are painted one over the other. The mean of a straight edge over a square cell is exact,
+// a shape is the product of its edges and covers its share of what lies beneath: exact but for
+// cells with a corner, where the error is second order in the size of a cell and cancels over the
+// corners of a shape. Immutable, thread-safe.
+class ElementPainter {
+ public:
+  explicit ElementPainter(const FilmSpec& spec);
+
+  // The sets of dyes (element_response.h) that can occur; plane i of a row belongs to sets()[i].
+  [[nodiscard]] const std::vector<int>& sets() const { return sets_; }
+  [[nodiscard]] const PlacedScreen& screen() const { return screen_; }
+  [[nodiscard]] const ScreenDescription& description() const { return description_; }
+  // Fractions of the area of every cell; they sum to 1. first_px and n_px are multiples of
+  // kBlockPx. Values depend on the place only.
+  void areas(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
+
+ private:
+  struct Block;
+  struct Shape;
+  struct Cover;
+  void place(double y, int first_px, Block& block) const;
+  void ramps(const ScreenGradient& g, double cell_px, std::vector<Shape>& shapes) const;
+  void cover(Shape& shape, const Block& block, const float* u, const float* v, Cover& out) const;
+  void cover_disc(const Shape& shape, float du, float dv, float grow_px, float& inner,
+                  float& outer) const;
+  void compose(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
+
+  PlacedScreen screen_;
+  ScreenDescription description_;
+  PrintSpec print_;
+  double pixel_um_;
+  std::uint64_t seed_;
+  std::vector<int> sets_;
+  std::array<int, 9> slot_of_set_{};
+  bool errors_;    // of printing
+  int node_px_;    // distance between exactly placed points
+  bool strained_;  // so much that edges change their direction within the frame
+};
+
+}  // namespace reseau::sim

@@ -1,0 +1,157 @@
+#include "drivers/sim/film/grain.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+
+#include "drivers/sim/hash.h"
+
+namespace reseau::sim {
+namespace {
+
+std::array<double, 4> spline_weights(double f) {
+  const double g = 1 - f;
+  return {g * g * g / 6, (3 * f * f * f - 6 * f * f + 4) / 6, (3 * g * g * g - 6 * g * g + 4) / 6,
+          f * f * f / 6};
+}
+
+// Sum of four uniform numbers, of unit variance.
+float normal(std::uint64_t bits) {
+  const auto sum = static_cast<float>((bits & 0xffff) + (bits >> 16 & 0xffff) +
+                                      (bits >> 32 & 0xffff) + (bits >> 48));
+  return (sum / 65536.0F - 2.0F) * 1.7320508F;
+}
+
+// exp(x), |x| < 40, relative error below 4e-6; the compiler makes vector code of it.
+float fast_exp(float x) {
+  const float t = x * 1.44269504F + 127.0F;
+  const auto whole = static_cast<std::int32_t>(t);
+  const float f = t - static_cast<float>(whole) - 0.5F;  // -0.5 … 0.5
+  // 2^(f + 0.5)
+  const float p = 1.41421356F +
+                  f * (0.98025814F +
+                       f * (0.33973160F + f * (0.07849467F + f * (0.01360209F + f * 0.00188565F))));
+  return p * std::bit_cast<float>(whole << 23);
+}
+
+// Ratio of the standard deviation of the field's mean over a length of 1 / knot knots to that of
+// the field, one axis: the autocorrelation of cubic splines is the B-spline of degree 7.
+double mean_ratio(double knot_px) {
+  constexpr int kSteps = 400;
+  const auto spline = [](double t) {
+    t = std::abs(t);
+    if (t >= 2) return 0.0;
+    return t >= 1 ? (2 - t) * (2 - t) * (2 - t) / 6 : 2.0 / 3 - t * t + t * t * t / 2;
+  };
+  const auto correlation = [&](double lag) {
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double t = -2 + 4 * (i + 0.5) / kSteps;
+      sum += spline(t) * spline(t - lag);
+    }
+    return sum;
+  };
+  const double length = 1 / knot_px;  // of a pixel, in knots
+  double mean = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double lag = (i + 0.5) / kSteps;  // of a pixel; weight of a triangle
+    mean += 2 * (1 - lag) * correlation(lag * length) / kSteps;
+  }
+  return std::sqrt(mean / correlation(0));
+}
+
+std::uint64_t next_id() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+struct KnotRows {
+  std::uint64_t id = 0;
+  std::int64_t first = 0;
+  std::size_t n = 0;
+  std::array<std::int64_t, 4> row{INT64_MIN, INT64_MIN, INT64_MIN, INT64_MIN};
+  std::array<std::vector<float>, 4> values;
+  std::vector<float> mixed;
+};
+
+}  // namespace
+
+Grain::Grain(double amount, double knot_px, std::uint64_t seed)
+    : amount_(amount), knot_px_(knot_px), seed_(seed), id_(next_id()) {
+  constexpr double kSplineVariance = 151.0 / 315;  // integral of the squared cubic B-spline
+  gain_ = 1 / kSplineVariance;                     // the root of both axes
+  const double axis = mean_ratio(knot_px);
+  pixel_rms_ = axis * axis;
+  if (amount == 0) return;
+  strength_ = LogTable([this](double transmittance) {
+    constexpr double kDensest = 3.5, kLargest = 2.0;
+    const double density = std::clamp(-std::log10(transmittance), 0.0, kDensest);
+    // Over a pixel the variance of exp(s n) is about exp(s^2 r^2) - 1 with r = pixel_rms.
+    const double relative = amount_ * std::sqrt(density);
+    return std::min(std::sqrt(std::log1p(relative * relative)) / pixel_rms_, kLargest);
+  });
+}
+
+void Grain::knot_row(std::int64_t iy, std::int64_t first, std::span<float> out) const {
+  const std::uint64_t key = mix64(seed_, static_cast<std::uint64_t>(iy));
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i] = normal(mix64(key, static_cast<std::uint64_t>(first) + i));
+  }
+}
+
+void Grain::field(double y, double x0, double step_px, std::span<float> out) const {
+  if (out.empty()) return;
+  thread_local KnotRows rows;
+  const double ty = y / knot_px_;
+  const auto iy = static_cast<std::int64_t>(std::floor(ty));
+  const std::array<double, 4> wy = spline_weights(ty - static_cast<double>(iy));
+  const double last_x = x0 + step_px * static_cast<double>(out.size() - 1);
+  const auto first = static_cast<std::int64_t>(std::floor(std::min(x0, last_x) / knot_px_));
+  const auto end = static_cast<std::int64_t>(std::floor(std::max(x0, last_x) / knot_px_)) + 4;
+  const auto n = static_cast<std::size_t>(end - first);
+  if (rows.id != id_ || rows.first != first || rows.n != n) {
+    rows.id = id_;
+    rows.first = first;
+    rows.n = n;
+    rows.row.fill(INT64_MIN);
+  }
+  rows.mixed.assign(n, 0.0F);
+  for (std::int64_t j = 0; j < 4; ++j) {
+    const std::int64_t row = iy + j;
+    const auto slot = static_cast<std::size_t>(row & 3);
+    if (rows.row[slot] != row) {
+      rows.values[slot].resize(n);
+      knot_row(row, first, rows.values[slot]);
+      rows.row[slot] = row;
+    }
+    const auto w = static_cast<float>(wy[static_cast<std::size_t>(j)] * gain_);
+    const float* from = rows.values[slot].data();
+    for (std::size_t i = 0; i < n; ++i) rows.mixed[i] += w * from[i];
+  }
+  const double per_px = 1 / knot_px_;
+  const double at0 = x0 * per_px - static_cast<double>(first), step = step_px * per_px;
+  const float* c = rows.mixed.data();
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const double at = at0 + step * static_cast<double>(i);
+    const auto k = static_cast<std::size_t>(at);
+    const auto f = static_cast<float>(at - static_cast<double>(k));
+    const float g = 1 - f, f2 = f * f, g2 = g * g;
+    out[i] = (g2 * g * c[k] + (3 * f2 * f - 6 * f2 + 4) * c[k + 1] +
+              (3 * g2 * g - 6 * g2 + 4) * c[k + 2] + f2 * f * c[k + 3]) *
+             (1.0F / 6);
+  }
+}
+
+void Grain::factors(double y, double x0, double step_px, std::span<const float> silver,
+                    std::span<float> factor) const {
+  field(y, x0, step_px, factor);
+  for (std::size_t i = 0; i < silver.size(); ++i) {
+    const float s = strength_(silver[i]);
+    factor[i] = fast_exp(s * factor[i] - 0.5F * s * s);
+  }
+}
+
+}  // namespace reseau::sim

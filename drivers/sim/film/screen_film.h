@@ -1,0 +1,57 @@
+// Any film: every screen, every nuisance.
+#pragma once
+
+#include <memory>
+
+#include "drivers/sim/film.h"
+#include "drivers/sim/film/damage.h"
+#include "drivers/sim/film/element_painter.h"
+#include "drivers/sim/film/element_response.h"
+#include "drivers/sim/film/grain.h"
+#include "drivers/sim/film/silver_layer.h"
+#include "drivers/sim/film_strip.h"
+
+namespace reseau::sim {
+
+// Transmittance of a cell = sum over the sets of dyes of their area x silver behind them x what
+// the light of the channel sees of the dyes; then grain, harm and the edge of the film. Without a
+// réseau (FilmKind::kPlain) silver only, the same in all bands. FILM.md derives the model.
+class ScreenFilm final : public Film {
+ public:
+  // kind is kDufay (whatever the screen) or kPlain.
+  explicit ScreenFilm(const FilmSpec& spec);
+  [[nodiscard]] Extent extent() const override { return strip_.extent(); }
+  void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const override;
+  // As cells(), without damage: the infrared channel is then the silver alone where the dyes do not
+  // leak.
+  void silver_cells(double y, int first_px, int n_px, int per_px, CellRow& out) const;
+  [[nodiscard]] double height_um(double x, double y) const override;
+
+  [[nodiscard]] const FilmStrip& strip() const { return strip_; }
+  [[nodiscard]] const PlacedScreen& screen() const { return screen_; }
+  [[nodiscard]] const Damage& damage() const { return damage_; }
+  // Share of a pixel row's place that harm covers, 0..1, at scan positions (x0 + i, y).
+  void harm_row(double y, double x0, std::span<float> out) const;
+
+ private:
+  struct Rows;
+  static Rows& rows_of_thread();
+  void mix(double y, Rows& rows, CellRow& out) const;
+  void apply_grain(double y, Rows& rows, CellRow& out) const;
+  void apply_damage(double y, Rows& rows, CellRow& out) const;
+  void apply_film_edge(CellRow& out) const;
+  // Film position of scan position x, and the step along the film per step of the scan.
+  [[nodiscard]] double film_x(double x) const { return strip_.film_from_scan(x, 0).x; }
+  [[nodiscard]] double direction() const { return spec_.mirrored ? -1.0 : 1.0; }
+
+  FilmSpec spec_;
+  FilmStrip strip_;
+  PlacedScreen screen_;
+  std::unique_ptr<ElementPainter> painter_;  // null: no réseau
+  SilverLayer silver_;
+  DyeSetResponse response_, faded_response_;
+  Grain grain_;
+  Damage damage_;
+};
+
+}  // namespace reseau::sim

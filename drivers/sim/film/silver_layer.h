@@ -1,0 +1,48 @@
+// From light to silver: exposure through the réseau, spread in the emulsion, characteristic curve.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "drivers/sim/film/element_painter.h"
+#include "drivers/sim/film/plane_row.h"
+#include "drivers/sim/film_strip.h"
+
+namespace reseau::sim {
+
+// Immutable, thread-safe; threads keep a few rows of their own.
+class SilverLayer {
+ public:
+  // Borrows both. painter is null for a film without réseau, where the silver is that of the
+  // luminance.
+  SilverLayer(const FilmSpec& spec, const FilmStrip& strip, const ElementPainter* painter);
+
+  // Whether light or silver spreads beyond its element. Then the silver is one field; otherwise it
+  // has a value of its own behind each set of dyes.
+  [[nodiscard]] bool spreads() const { return light_px_ > 0 || silver_px_ > 0; }
+
+  // Silver transmittance of each cell behind painter->sets()[plane]; of one plane without painter.
+  void behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
+  // spreads(): silver transmittance of each cell, one plane.
+  void field(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
+
+ private:
+  enum class Stage { kExposure, kSilver };
+  struct Ring;
+  void exposure_behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
+  // Mean exposure of every cell of a row through whatever lies over it.
+  void exposure_row(double y, int first_px, int n_px, int per_px, std::vector<float>& out) const;
+  // A field at height y, blurred by sigma_px, from rows of `stage` at the grid of cells.
+  void blurred(Stage stage, double sigma_px, double y, int first_px, int n_px, int per_px,
+               std::vector<float>& out) const;
+  // The silver before it spreads, pixel after pixel.
+  void silver_row(double y, int first_px, int n_px, int per_px, std::vector<float>& out) const;
+
+  const FilmStrip& strip_;
+  const ElementPainter* painter_;
+  Taking taking_;
+  double light_px_, silver_px_;  // standard deviations
+  std::uint64_t id_;             // of this layer among all that ever were
+};
+
+}  // namespace reseau::sim
