@@ -25,6 +25,8 @@ class EdgeRamp {
     d = 0.5F * (std::abs(d + outer_) - std::abs(d - outer_));
     return gain_ * (square(d + outer_) - square(d + inner_) - square(d - inner_));
   }
+  // Distance from the edge beyond which the mean is 0 or 1.
+  [[nodiscard]] float reach() const { return outer_; }
 
  private:
   // Of the positive part.

@@ -79,7 +79,8 @@ struct SceneRaster {
                                                       double angle_deg);
 
 // Neutral, 0.5 + 0.45 cos(pi f r^2 / R): the frequency grows linearly with the distance r from the
-// centre and is finest_cy_per_px at R, half the smaller side. Cells are means to 1e-3.
+// centre and is finest_cy_per_px at R, half the smaller side. Cells are means within
+// 0.35 f side^2 / R: 1e-4 for pixels of a full frame.
 [[nodiscard]] std::unique_ptr<Scene> make_zone_scene(double width_px, double height_px,
                                                      double finest_cy_per_px);
 

@@ -15,6 +15,8 @@ namespace {
 // Keeps local coordinates positive, whatever sums of them shapes need.
 constexpr int kAhead = 8;
 constexpr float kPositive = 64;
+// Cells with a corner are divided so often along each side.
+constexpr int kFine = 4;
 
 float floor_of(float t) {  // t > -kPositive
   return static_cast<float>(static_cast<int>(t + kPositive)) - kPositive;
@@ -33,9 +35,10 @@ struct ElementPainter::Block {
 struct ElementPainter::Shape {
   const ScreenShape* shape = nullptr;
   PrintingNoise noise;
-  std::vector<EdgeRamp> ramps;
-  std::vector<float> per_px;     // length of the gradient of each band [1/px]
-  std::array<float, 4> px_of{};  // x and y of one period of u, of v
+  std::vector<EdgeRamp> ramps, fine_ramps;  // of a cell, of a kFine-th of its side
+  std::vector<float> per_px;                // length of the gradient of each band [1/px]
+  std::array<float, 4> px_of{};             // x and y of one period of u, of v
+  std::array<float, 4> per_cell{};          // change of u and v over a cell along x, along y
   float cell_px = 0;
 };
 
@@ -56,23 +59,30 @@ ElementPainter::ElementPainter(const FilmSpec& spec)
   node_px_ = screen_.largest_curvature() * kBlockPx * kBlockPx / 8 < kStraightPx ? kBlockPx : 4;
   strained_ = screen_.largest_strain() > 0.01;
   std::array<bool, kDyeSets> occurs{};
-  occurs[static_cast<std::size_t>(1 << description_.ground)] = true;
+  occurs[std::size_t{1} << static_cast<unsigned>(description_.ground)] = true;
   for (const ScreenShape& shape : description_.shapes) {
+    const int bit = 1 << shape.dye;
     const std::array<bool, kDyeSets> before = occurs;
-    for (std::size_t set = 0; set < kOpaque; ++set) {
-      if (before[set] && print_.overlap_um > 0) {
-        occurs[set | (std::size_t{1} << static_cast<unsigned>(shape.dye))] = true;
+    for (int set = 0; set < kDyeSets && print_.overlap_um != 0; ++set) {
+      if (before[static_cast<std::size_t>(set)]) {
+        occurs[static_cast<std::size_t>(between(set, bit))] = true;
       }
     }
-    occurs[std::size_t{1} << static_cast<unsigned>(shape.dye)] = true;
+    occurs[static_cast<std::size_t>(bit)] = true;
   }
-  if (print_.overlap_um < 0) occurs[print_.dark_gaps ? kOpaque : 0] = true;
   slot_of_set_.fill(-1);
   for (int set = 0; set < kDyeSets; ++set) {
     if (!occurs[static_cast<std::size_t>(set)]) continue;
     slot_of_set_[static_cast<std::size_t>(set)] = static_cast<int>(sets_.size());
     sets_.push_back(set);
   }
+}
+
+int ElementPainter::between(int set, int bit) const {
+  if (print_.overlap_um < 0 || set == kOpaque) return print_.dark_gaps ? kOpaque : 0;
+  const int both = set | bit;
+  // At the border of two shapes the ground under them is not a third dye.
+  return both == 7 ? both & ~(1 << description_.ground) : both;
 }
 
 void ElementPainter::place(double y, int first_px, Block& block) const {
@@ -108,12 +118,16 @@ void ElementPainter::ramps(const ScreenGradient& g, double cell_px,
     shape.cell_px = static_cast<float>(cell_px);
     shape.px_of = {static_cast<float>(g.v_y / det), static_cast<float>(-g.v_x / det),
                    static_cast<float>(-g.u_y / det), static_cast<float>(g.u_x / det)};
+    shape.per_cell = {static_cast<float>(g.u_x * cell_px), static_cast<float>(g.v_x * cell_px),
+                      static_cast<float>(g.u_y * cell_px), static_cast<float>(g.v_y * cell_px)};
     shape.ramps.clear();
+    shape.fine_ramps.clear();
     shape.per_px.clear();
     for (const ShapeBand& band : shape.shape->bands) {
       const double x = band.n_u * g.u_x + band.n_v * g.v_x;
       const double y = band.n_u * g.u_y + band.n_v * g.v_y;
       shape.ramps.emplace_back(x * cell_px, y * cell_px);
+      shape.fine_ramps.emplace_back(x * cell_px / kFine, y * cell_px / kFine);
       shape.per_px.push_back(static_cast<float>(std::hypot(x, y)));
     }
   }
@@ -138,6 +152,35 @@ void ElementPainter::cover_disc(const Shape& shape, float du, float dv, float gr
   const float sagitta = h * h / (24 * r);
   inner = ramp(inside - half_band - sagitta);
   outer = half_band > 0 ? ramp(inside + half_band - sagitta) : inner;
+}
+
+float ElementPainter::cover_polygon(const Shape& s, float du, float dv, float grow_px) const {
+  const std::vector<ShapeBand>& bands = s.shape->bands;
+  const auto product = [&](float u, float v, const std::vector<EdgeRamp>& ramps, int& edges) {
+    float covered = 1;
+    for (std::size_t b = 0; b < bands.size(); ++b) {
+      const float distance =
+          std::abs(static_cast<float>(bands[b].n_u) * u + static_cast<float>(bands[b].n_v) * v);
+      const float one =
+          ramps[b](static_cast<float>(bands[b].half) + grow_px * s.per_px[b] - distance);
+      edges += one < 1 ? 1 : 0;
+      covered *= one;
+    }
+    return covered;
+  };
+  int edges = 0;
+  const float whole = product(du, dv, s.ramps, edges);
+  if (edges < 2 || whole == 0) return whole;
+  float sum = 0;
+  for (int j = 0; j < kFine; ++j) {
+    const float y = (static_cast<float>(j) + 0.5F) / kFine - 0.5F;
+    for (int i = 0; i < kFine; ++i) {
+      const float x = (static_cast<float>(i) + 0.5F) / kFine - 0.5F;
+      sum += product(du + x * s.per_cell[0] + y * s.per_cell[2],
+                     dv + x * s.per_cell[1] + y * s.per_cell[3], s.fine_ramps, edges);
+    }
+  }
+  return sum / (kFine * kFine);
 }
 
 void ElementPainter::cover(Shape& s, const Block& block, const float* u, const float* v,
@@ -168,16 +211,32 @@ void ElementPainter::cover(Shape& s, const Block& block, const float* u, const f
         band.n_u * (block.base_v - kAhead) - band.n_v * (block.base_u - kAhead);
     const double along_um = band.n_u != 0 ? screen_.spec().period_v_um : screen_.spec().period_u_um;
     const double per_length = along_um / print_.noise_length_um;
+    // Errors matter near an edge only.
+    const float per_px = s.per_px[0];
+    const float near =
+        ramp.reach() + grow + PrintingNoise::kLargest * (position_px + width_px) * per_px;
+    std::array<float, kBlockPx> line{}, off{};
     for (std::size_t i = 0; i < kBlockPx; ++i) {
       const float t = n_u * u[i] + n_v * v[i] - centre;
-      const float n = floor_of(t + 0.5F);
-      const double along = along_base + static_cast<double>(n_u * v[i] - n_v * u[i]);
-      const PrintError e = s.noise.line(
-          static_cast<std::int64_t>(base) + static_cast<std::int64_t>(n), along * per_length);
-      const float d = std::abs(t - n - e.across * position_px * s.per_px[0]);
-      const float wide = half + e.width * width_px * s.per_px[0];
-      out.inner[i] = e.missing ? 0.0F : ramp(wide - grow - d);
-      out.outer[i] = e.missing ? 0.0F : ramp(wide + grow - d);
+      line[i] = floor_of(t + 0.5F);
+      off[i] = t - line[i];
+    }
+    const auto base_line = static_cast<std::int64_t>(base);
+    for (std::size_t i = 0; i < kBlockPx; ++i) {
+      const float inside = half - std::abs(off[i]);
+      const std::int64_t index = base_line + static_cast<std::int64_t>(line[i]);
+      if (inside < -near || (s.noise.can_miss() && s.noise.is_missing(index))) {
+        out.inner[i] = out.outer[i] = 0;
+      } else if (inside > near) {
+        out.inner[i] = out.outer[i] = 1;
+      } else {
+        const double along = along_base + static_cast<double>(n_u * v[i] - n_v * u[i]);
+        const PrintError e = s.noise.line(index, along * per_length);
+        const float wide = half + e.width * width_px * per_px;
+        const float d = std::abs(off[i] - e.across * position_px * per_px);
+        out.inner[i] = ramp(wide - grow - d);
+        out.outer[i] = grow > 0 ? ramp(wide + grow - d) : out.inner[i];
+      }
     }
     return;
   }
@@ -199,42 +258,61 @@ void ElementPainter::cover(Shape& s, const Block& block, const float* u, const f
     } else if (shape.kind == ScreenShape::Kind::kDisc) {
       cover_disc(s, du, dv, grow_px, inner, outer);
     } else {
-      for (std::size_t b = 0; b < s.ramps.size(); ++b) {
-        const ShapeBand& band = shape.bands[b];
-        const float distance =
-            std::abs(static_cast<float>(band.n_u) * du + static_cast<float>(band.n_v) * dv);
-        const float half = static_cast<float>(band.half) + grow_px * s.per_px[b];
-        const float grow = half_band_px * s.per_px[b];
-        inner *= s.ramps[b](half - grow - distance);
-        if (half_band_px > 0) outer *= s.ramps[b](half + grow - distance);
-      }
-      if (half_band_px == 0) outer = inner;
+      inner = cover_polygon(s, du, dv, grow_px - half_band_px);
+      outer = half_band_px > 0 ? cover_polygon(s, du, dv, grow_px + half_band_px) : inner;
     }
     out.inner[i] = inner;
     out.outer[i] = outer;
   }
 }
 
-void ElementPainter::compose(const Shape& shape, const Cover& cover,
-                             float (*areas)[kBlockPx]) const {
+void ElementPainter::paint_across(const Shape& shape, const Cover& cover,
+                                  float (*areas)[kBlockPx]) const {
   const int dye = 1 << shape.shape->dye;
-  const int gap = print_.dark_gaps ? kOpaque : 0;
-  std::array<float, kDyeSets> here{};
+  float after[kDyeSets][kBlockPx];
+  const std::size_t n_sets = sets_.size();
+  for (std::size_t k = 0; k < n_sets; ++k) {
+    const float* area = areas[k];
+    for (std::size_t i = 0; i < kBlockPx; ++i) after[k][i] = area[i] - cover.outer[i] * area[i];
+  }
+  for (std::size_t k = 0; k < n_sets && print_.overlap_um != 0; ++k) {
+    float* to = after[slot_of_set_[static_cast<std::size_t>(between(sets_[k], dye))]];
+    const float* area = areas[k];
+    for (std::size_t i = 0; i < kBlockPx; ++i) {
+      to[i] += (cover.outer[i] - cover.inner[i]) * area[i];
+    }
+  }
+  float* own = after[slot_of_set_[static_cast<std::size_t>(dye)]];
+  for (std::size_t i = 0; i < kBlockPx; ++i) own[i] += cover.inner[i];
+  for (std::size_t k = 0; k < n_sets; ++k) std::copy_n(after[k], kBlockPx, areas[k]);
+}
+
+void ElementPainter::paint_beside(const Shape& shape, const Cover& cover,
+                                  float (*areas)[kBlockPx]) const {
+  const int dye = 1 << shape.shape->dye;
+  const auto slot = [this](int set) { return slot_of_set_[static_cast<std::size_t>(set)]; };
+  float* ground = areas[slot(1 << description_.ground)];
+  float* own = areas[slot(dye)];
   for (std::size_t i = 0; i < kBlockPx; ++i) {
-    const float inner = cover.inner[i], between = cover.outer[i] - inner;
-    const float beneath = 1 - cover.outer[i];
-    here.fill(0.0F);
-    here[static_cast<std::size_t>(dye)] = inner;
-    for (std::size_t k = 0; k < sets_.size(); ++k) {
-      const int set = sets_[k];
-      const float area = areas[k][i];
-      here[static_cast<std::size_t>(set)] += beneath * area;
-      const int mixed = print_.overlap_um < 0 || set == kOpaque ? gap : set | dye;
-      here[static_cast<std::size_t>(mixed)] += between * area;
+    const float taken = std::min(cover.inner[i], ground[i]);
+    ground[i] -= taken;
+    own[i] += taken;
+  }
+  if (print_.overlap_um == 0) return;
+  // The border: what a neighbour shares already first, then the ground.
+  for (std::size_t i = 0; i < kBlockPx; ++i) {
+    float rest = cover.outer[i] - cover.inner[i];
+    if (rest <= 0) continue;
+    for (const int set : sets_) {
+      if (set == 1 || set == 2 || set == 4 || (set & dye) != 0) continue;
+      const float taken = std::min(rest, areas[slot(set)][i]);
+      areas[slot(set)][i] -= taken;
+      areas[slot(between(set, dye))][i] += taken;
+      rest -= taken;
     }
-    for (std::size_t k = 0; k < sets_.size(); ++k) {
-      areas[k][i] = here[static_cast<std::size_t>(sets_[k])];
-    }
+    const float taken = std::min(rest, ground[i]);
+    ground[i] -= taken;
+    areas[slot(between(1 << description_.ground, dye))][i] += taken;
   }
 }
 
@@ -248,7 +326,6 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
     shapes.push_back({&shape, PrintingNoise(print_, mix64(seed_, shapes.size())), {}, {}, {}, 0});
   }
   ramps(screen_.scan_gradient(), cell_px, shapes);
-  const bool simple = print_.overlap_um == 0;
   Block block;
   Cover covered;
   std::array<float, kBlockPx> u{}, v{};
@@ -289,16 +366,10 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
       }
       for (Shape& shape : shapes) {
         cover(shape, block, u.data(), v.data(), covered);
-        if (simple) {
-          const int own = slot_of_set_[static_cast<std::size_t>(1 << shape.shape->dye)];
-          for (int k = 0; k < n_sets; ++k) {
-            for (std::size_t i = 0; i < kBlockPx; ++i) {
-              areas[k][i] = areas[k][i] - covered.inner[i] * areas[k][i];
-            }
-          }
-          for (std::size_t i = 0; i < kBlockPx; ++i) areas[own][i] += covered.inner[i];
+        if (!shape.shape->across) {
+          paint_beside(shape, covered, areas);
         } else {
-          compose(shape, covered, areas);
+          paint_across(shape, covered, areas);
         }
       }
       for (int k = 0; k < n_sets; ++k) std::copy_n(areas[k], kBlockPx, out.phase(k, s) + px);

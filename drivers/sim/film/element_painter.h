@@ -14,10 +14,11 @@
 
 namespace reseau::sim {
 
-// Shapes are painted one over the other. The mean of a straight edge over a square cell is exact,
-// a shape is the product of its edges and covers its share of what lies beneath: exact but for
-// cells with a corner, where the error is second order in the size of a cell and cancels over the
-// corners of a shape. Immutable, thread-safe.
+// Shapes are painted one after the other. The mean of a straight edge over a square cell is exact
+// and a shape is the product of its edges; one that is printed across others covers its share of
+// what lies in the cell, one beside others takes from the ground. That is exact but for cells with
+// a corner (divided into 4 x 4 when it belongs to a polygon), where the error is second order in
+// the size of a cell. Immutable, thread-safe.
 class ElementPainter {
  public:
   explicit ElementPainter(const FilmSpec& spec);
@@ -32,6 +33,8 @@ class ElementPainter {
 
  private:
   struct Block;
+  // What lies where dye `bit` overlaps the neighbour `set` or leaves a gap to it.
+  [[nodiscard]] int between(int set, int bit) const;
   struct Shape;
   struct Cover;
   void place(double y, int first_px, Block& block) const;
@@ -39,7 +42,9 @@ class ElementPainter {
   void cover(Shape& shape, const Block& block, const float* u, const float* v, Cover& out) const;
   void cover_disc(const Shape& shape, float du, float dv, float grow_px, float& inner,
                   float& outer) const;
-  void compose(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
+  [[nodiscard]] float cover_polygon(const Shape& shape, float du, float dv, float grow_px) const;
+  void paint_across(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
+  void paint_beside(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
 
   PlacedScreen screen_;
   ScreenDescription description_;

@@ -23,16 +23,18 @@ class PrintingNoise {
         missing_(spec.missing),
         rough_(spec.position_noise_um > 0 || spec.width_noise_um > 0) {}
 
+  // No displacement is larger [standard deviations].
+  static constexpr float kLargest = 4.9F;
+
+  [[nodiscard]] bool can_miss() const { return missing_ > 0; }
+  [[nodiscard]] bool is_missing(std::int64_t index) {
+    if (index != index_) choose(index);
+    return is_missing_;
+  }
   // Line `index` at `place`, in units of the length over which errors change.
   [[nodiscard]] PrintError line(std::int64_t index, double place) {
-    if (index != index_) {
-      index_ = index;
-      line_key_ = mix64(key_, static_cast<std::uint64_t>(index));
-      is_missing_ = missing_ > 0 && uniform(mix64(line_key_, 1)) < missing_;
-      has_knots_ = false;
-    }
+    if (index != index_) choose(index);
     PrintError error;
-    error.missing = is_missing_;
     if (!rough_) return error;
     const double floor = std::floor(place);
     const auto knot = static_cast<std::int64_t>(floor);
@@ -46,11 +48,10 @@ class PrintingNoise {
       }
     }
     const auto f = static_cast<float>(place - floor);
-    const float w = f * f * (3 - 2 * f);
-    // Between knots the sum of two has a smaller spread.
-    const float gain = 1 / std::sqrt((1 - w) * (1 - w) + w * w);
-    error.across = gain * (across_[0] + w * (across_[1] - across_[0]));
-    error.width = gain * (width_[0] + w * (width_[1] - width_[0]));
+    // Weights whose squares sum to 1 (within 6 %), so that the spread is the same between knots.
+    const float b = f * (1.5F - 0.5F * f * f), g = 1 - f, a = g * (1.5F - 0.5F * g * g);
+    error.across = a * across_[0] + b * across_[1];
+    error.width = a * width_[0] + b * width_[1];
     return error;
   }
 
@@ -72,6 +73,12 @@ class PrintingNoise {
   }
 
  private:
+  void choose(std::int64_t index) {
+    index_ = index;
+    line_key_ = mix64(key_, static_cast<std::uint64_t>(index));
+    is_missing_ = missing_ > 0 && uniform(mix64(line_key_, 1)) < missing_;
+    has_knots_ = false;
+  }
   static double uniform(std::uint64_t bits) {
     return (static_cast<double>(signed_unit(bits)) + 1) / 2;
   }

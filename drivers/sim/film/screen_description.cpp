@@ -18,7 +18,8 @@ struct LineRoles {
 ScreenDescription lines_and_squares(std::string_view name, LineRoles dyes, const ScreenSpec& spec) {
   ScreenDescription screen{name, dyes.second, {}, {}};
   screen.shapes.push_back({Kind::kLine, dyes.first, 0, 0, {{1, 0, spec.green_fraction / 2}}, 0});
-  screen.shapes.push_back({Kind::kLine, dyes.line, 0, 0.5, {{0, 1, spec.red_fraction / 2}}, 0});
+  screen.shapes.push_back(
+      {Kind::kLine, dyes.line, 0, 0.5, {{0, 1, spec.red_fraction / 2}}, 0, true});
   const double between = 1 - spec.red_fraction;
   const auto at = [&](int dye) -> double& { return screen.areas[static_cast<std::size_t>(dye)]; };
   at(dyes.line) = spec.red_fraction;

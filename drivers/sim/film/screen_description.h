@@ -16,7 +16,7 @@ struct ShapeBand {
   double n_u = 0, n_v = 0, half = 0;
 };
 
-// Covers whatever was painted before it. Polygons and discs repeat once per cell of the lattice.
+// Polygons and discs repeat once per cell of the lattice.
 struct ScreenShape {
   enum class Kind { kLine, kPolygon, kDisc };
   Kind kind = Kind::kLine;
@@ -24,6 +24,9 @@ struct ScreenShape {
   double u = 0, v = 0;
   std::vector<ShapeBand> bands;
   double radius = 0;  // of a disc [period_u]
+  // Printed across what was painted before, as the last lines of a Dufaycolor; otherwise it lies
+  // beside the other shapes, on the ground, and may touch them.
+  bool across = false;
 };
 
 struct ScreenDescription {

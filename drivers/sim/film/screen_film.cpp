@@ -66,12 +66,12 @@ void ScreenFilm::silver_cells(double y, int first_px, int n_px, int per_px, Cell
     return;
   }
   Rows& rows = rows_of_thread();
-  if (painter_ != nullptr) painter_->areas(y, first_px, n_px, per_px, rows.areas);
   if (silver_.spreads()) {
     silver_.field(y, first_px, n_px, per_px, rows.field);
   } else {
     silver_.behind_sets(y, first_px, n_px, per_px, rows.behind);
   }
+  if (painter_ != nullptr) silver_.areas(y, first_px, n_px, per_px, rows.areas);
   mix(y, rows, out);
   if (!grain_.is_off()) apply_grain(y, rows, out);
 }

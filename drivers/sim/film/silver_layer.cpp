@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 
 #include "drivers/sim/film.h"
 #include "drivers/sim/film/element_response.h"
@@ -63,6 +64,19 @@ struct SilverLayer::Ring {
   }
 };
 
+// Rows of areas at the grid of cells, painted for the exposure and kept until they are asked for.
+struct SilverLayer::Painted {
+  std::uint64_t id = 0;
+  int first_px = 0, n_px = 0, per_px = 0;
+  std::vector<std::int64_t> row_in_slot;
+  std::vector<PlaneRow> slots;
+};
+
+SilverLayer::Painted& SilverLayer::painted_of_thread() {
+  thread_local Painted painted;
+  return painted;
+}
+
 SilverLayer::SilverLayer(const FilmSpec& spec, const FilmStrip& strip,
                          const ElementPainter* painter)
     : strip_(strip),
@@ -70,7 +84,52 @@ SilverLayer::SilverLayer(const FilmSpec& spec, const FilmStrip& strip,
       taking_(make_taking(spec.emulsion.ideal_taking)),
       light_px_(spec.emulsion.spread_um / spec.frame.pixel_um),
       silver_px_(spec.emulsion.silver_spread_um / spec.frame.pixel_um),
+      reach_px_(kReach * (light_px_ + silver_px_)),
       id_(next_id()) {}
+
+const PlaneRow& SilverLayer::painted(double y, int first_px, int n_px, int per_px) const {
+  Painted& rows = painted_of_thread();
+  const auto n_slots = static_cast<std::int64_t>(std::ceil(2 * reach_px_ * per_px)) + 4;
+  if (rows.id != id_ || rows.first_px != first_px || rows.n_px != n_px || rows.per_px != per_px ||
+      std::ssize(rows.slots) != n_slots) {
+    rows.id = id_;
+    rows.first_px = first_px;
+    rows.n_px = n_px;
+    rows.per_px = per_px;
+    rows.row_in_slot.assign(static_cast<std::size_t>(n_slots), INT64_MIN);
+    rows.slots.resize(static_cast<std::size_t>(n_slots));
+  }
+  const std::int64_t j = std::llround((y + 0.5) * per_px - 0.5);
+  const auto slot = static_cast<std::size_t>((j % n_slots + n_slots) % n_slots);
+  if (rows.row_in_slot[slot] != j) {
+    painter_->areas(y, first_px, n_px, per_px, rows.slots[slot]);
+    rows.row_in_slot[slot] = j;
+  }
+  return rows.slots[slot];
+}
+
+void SilverLayer::areas(double y, int first_px, int n_px, int per_px, PlaneRow& out) const {
+  const Painted& rows = painted_of_thread();
+  const double at = (y + 0.5) * per_px - 0.5;
+  const std::int64_t j = std::llround(at);
+  const auto n_slots = static_cast<std::int64_t>(rows.slots.size());
+  const int skip = first_px - rows.first_px;
+  if (spreads() && rows.id == id_ && rows.per_px == per_px && skip >= 0 &&
+      skip + n_px <= rows.n_px && static_cast<double>(j) == at) {
+    const auto slot = static_cast<std::size_t>((j % n_slots + n_slots) % n_slots);
+    if (rows.row_in_slot[slot] == j) {
+      const auto n_planes = static_cast<int>(painter_->sets().size());
+      out.resize(first_px, n_px, per_px, n_planes);
+      for (int k = 0; k < n_planes; ++k) {
+        for (int s = 0; s < per_px; ++s) {
+          std::copy_n(rows.slots[slot].phase(k, s) + skip, n_px, out.phase(k, s));
+        }
+      }
+      return;
+    }
+  }
+  painter_->areas(y, first_px, n_px, per_px, out);
+}
 
 void SilverLayer::exposure_behind_sets(double y, int first_px, int n_px, int per_px,
                                        PlaneRow& out) const {
@@ -125,17 +184,17 @@ void SilverLayer::behind_sets(double y, int first_px, int n_px, int per_px, Plan
 
 void SilverLayer::exposure_row(double y, int first_px, int n_px, int per_px,
                                std::vector<float>& out) const {
-  thread_local PlaneRow exposure, areas;
+  thread_local PlaneRow exposure;
   exposure_behind_sets(y, first_px, n_px, per_px, exposure);
   const auto n = static_cast<std::size_t>(n_px), per = static_cast<std::size_t>(per_px);
   out.assign(n * per, 0.0F);
-  if (painter_ != nullptr) painter_->areas(y, first_px, n_px, per_px, areas);
+  const PlaneRow* const areas = painter_ == nullptr ? nullptr : &painted(y, first_px, n_px, per_px);
   const std::size_t n_planes = painter_ == nullptr ? 1 : painter_->sets().size();
   for (std::size_t k = 0; k < n_planes; ++k) {
     for (std::size_t s = 0; s < per; ++s) {
       const float* e = exposure.phase(static_cast<int>(k), static_cast<int>(s));
       const float* a =
-          painter_ == nullptr ? nullptr : areas.phase(static_cast<int>(k), static_cast<int>(s));
+          areas == nullptr ? nullptr : areas->phase(static_cast<int>(k), static_cast<int>(s));
       for (std::size_t i = 0; i < n; ++i) {
         out[i * per + s] += a == nullptr ? e[i] : a[i] * e[i];
       }

@@ -26,9 +26,15 @@ class SilverLayer {
   // spreads(): silver transmittance of each cell, one plane.
   void field(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
 
+  // Areas of the sets of dyes as painter->areas(); rows that field() needed are not painted twice.
+  void areas(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
+
  private:
   enum class Stage { kExposure, kSilver };
   struct Ring;
+  struct Painted;
+  static Painted& painted_of_thread();
+  const PlaneRow& painted(double y, int first_px, int n_px, int per_px) const;
   void exposure_behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
   // Mean exposure of every cell of a row through whatever lies over it.
   void exposure_row(double y, int first_px, int n_px, int per_px, std::vector<float>& out) const;
@@ -42,6 +48,7 @@ class SilverLayer {
   const ElementPainter* painter_;
   Taking taking_;
   double light_px_, silver_px_;  // standard deviations
+  double reach_px_;              // of both spreads
   std::uint64_t id_;             // of this layer among all that ever were
 };
 
