@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string_view>
 #include <vector>
 
@@ -16,6 +17,18 @@ struct NumberKey {
   std::string_view meaning;
   std::function<void(SimSpec&, double)> set;
 };
+
+struct WordKey {
+  std::string_view name;
+  std::map<std::string_view, std::function<void(SimSpec&)>> words;
+  std::string_view meaning;
+};
+
+// Those of the film.
+[[nodiscard]] const std::vector<WordKey>& film_word_keys();
+[[nodiscard]] const std::vector<NumberKey>& film_keys();
+// Throws InputError for settings that do not go together.
+void check_film(const FilmSpec& spec);
 
 // Those of lens, stage and sensor.
 [[nodiscard]] const std::vector<NumberKey>& scanner_keys();

@@ -1,0 +1,201 @@
+#include "core/base/error.h"
+#include "drivers/sim/sim_key.h"
+
+namespace reseau::sim {
+namespace {
+
+int as_int(double v) { return static_cast<int>(v); }
+
+template <ScreenKind kKind>
+void set_screen(SimSpec& s) {
+  set_screen_kind(s.film.screen, kKind);
+}
+template <DyeSource kSource>
+void set_dyes(SimSpec& s) {
+  s.film.dyes.source = kSource;
+}
+
+}  // namespace
+
+const std::vector<WordKey>& film_word_keys() {
+  static const std::vector<WordKey> keys{
+      {"film",
+       {{"dufay", [](SimSpec& s) { s.film.kind = FilmKind::kDufay; }},
+        {"none", [](SimSpec& s) { s.film.kind = FilmKind::kPlain; }},
+        {"empty", [](SimSpec& s) { s.film.kind = FilmKind::kEmpty; }}},
+       "Dufaycolor, a silver picture without a réseau, or no film"},
+      {"scene",
+       {{"chart", [](SimSpec& s) { s.film.scene = SceneKind::kChart; }},
+        {"chart24", [](SimSpec& s) { s.film.scene = SceneKind::kChart; }},
+        {"edges", [](SimSpec& s) { s.film.scene = SceneKind::kEdges; }},
+        {"image", [](SimSpec& s) { s.film.scene = SceneKind::kImage; }},
+        {"natural", [](SimSpec& s) { s.film.scene = SceneKind::kNatural; }},
+        {"star", [](SimSpec& s) { s.film.scene = SceneKind::kStar; }},
+        {"sweep", [](SimSpec& s) { s.film.scene = SceneKind::kSweep; }},
+        {"zone", [](SimSpec& s) { s.film.scene = SceneKind::kZone; }}},
+       "what the camera saw"},
+      {"screen",
+       {{"dioptichrome", set_screen<ScreenKind::kDioptichrome>},
+        {"dufay", set_screen<ScreenKind::kDufay>},
+        {"finlay", set_screen<ScreenKind::kFinlay>},
+        {"improved_dioptichrome", set_screen<ScreenKind::kImprovedDioptichrome>},
+        {"joly", set_screen<ScreenKind::kJoly>},
+        {"omnicolore", set_screen<ScreenKind::kOmnicolore>},
+        {"paget", set_screen<ScreenKind::kPaget>},
+        {"spicer_dufay_blue", set_screen<ScreenKind::kSpicerDufayBlue>},
+        {"spicer_dufay_green", set_screen<ScreenKind::kSpicerDufayGreen>},
+        {"thames", set_screen<ScreenKind::kThames>},
+        {"warner_powrie", set_screen<ScreenKind::kWarnerPowrie>}},
+       "the réseau of film=dufay, with its usual periods and fractions"},
+      {"dyes",
+       {{"collins_giles", set_dyes<DyeSource::kCollinsGiles>},
+        {"cornwell_clyne", set_dyes<DyeSource::kCornwellClyne>},
+        {"dioptichrome", set_dyes<DyeSource::kDioptichrome>},
+        {"harrison_horner", set_dyes<DyeSource::kHarrisonHorner>},
+        {"measured", set_dyes<DyeSource::kMeasured>},
+        {"neblette", set_dyes<DyeSource::kNeblette>},
+        {"thames", set_dyes<DyeSource::kThames>}},
+       "as a scanner measured them, or printed spectra seen by LEDs"},
+      {"taking",
+       {{"dufay", [](SimSpec& s) { s.film.emulsion.ideal_taking = false; }},
+        {"ideal", [](SimSpec& s) { s.film.emulsion.ideal_taking = true; }}},
+       "how elements divide the camera's light: with overlap, or each its own third"},
+      {"gap",
+       {{"clear", [](SimSpec& s) { s.film.print.dark_gaps = false; }},
+        {"dark", [](SimSpec& s) { s.film.print.dark_gaps = true; }}},
+       "what lies between elements where overlap_um is negative"},
+  };
+  return keys;
+}
+
+const std::vector<NumberKey>& film_keys() {
+  static const std::vector<NumberKey> keys{
+      {"angle", -360, 360, false, "red lines from the y axis [degree]",
+       [](SimSpec& s, double v) { s.film.screen.angle_deg = v; }},
+      {"axes", 80, 100, false, "between the two directions of the réseau [degree]",
+       [](SimSpec& s, double v) { s.film.screen.axes_deg = v; }},
+      {"period_um", 20, 400, false, "both periods of the réseau",
+       [](SimSpec& s, double v) { s.film.screen.period_u_um = s.film.screen.period_v_um = v; }},
+      {"period_u_um", 20, 400, false, "period along the red lines",
+       [](SimSpec& s, double v) { s.film.screen.period_u_um = v; }},
+      {"period_v_um", 20, 400, false, "period across the red lines",
+       [](SimSpec& s, double v) { s.film.screen.period_v_um = v; }},
+      {"phase_u", -1e6, 1e6, false, "screen coordinate u of the first pixel",
+       [](SimSpec& s, double v) { s.film.screen.phase_u = v; }},
+      {"phase_v", -1e6, 1e6, false, "screen coordinate v of the first pixel",
+       [](SimSpec& s, double v) { s.film.screen.phase_v = v; }},
+      {"red_fraction", 0.05, 0.95, false, "width of the lines (Dufaycolor: red) [period]",
+       [](SimSpec& s, double v) { s.film.screen.red_fraction = v; }},
+      {"green_fraction", 0.05, 0.95, false,
+       "length of the first kind of square (Dufaycolor: green) [period]",
+       [](SimSpec& s, double v) { s.film.screen.green_fraction = v; }},
+      {"bend_px", 0, 100, false, "largest smooth displacement of the réseau",
+       [](SimSpec& s, double v) { s.film.screen.bend_px = v; }},
+      {"mirrored", 0, 1, true, "film laid in the other way round",
+       [](SimSpec& s, double v) { s.film.mirrored = v != 0; }},
+      {"fade", 0, 1, false, "0 fresh dyes, 1 grey elements",
+       [](SimSpec& s, double v) { s.film.dyes.fade = v; }},
+      {"edge_angle", -89, 89, false, "of the borders of scene=edges from the y axis [degree]",
+       [](SimSpec& s, double v) { s.film.edge_angle_deg = v; }},
+      {"finest", 0.01, 8, false, "frequency of scene=zone at half its smaller side [cycles/px]",
+       [](SimSpec& s, double v) { s.film.finest_cy_per_px = v; }},
+      {"spokes", 2, 720, true, "of scene=star",
+       [](SimSpec& s, double v) { s.film.spokes = as_int(v); }},
+      {"outside_px", 0, 2000, false, "bare light beside the film, inside the frame",
+       [](SimSpec& s, double v) { s.film.frame.outside_px = v; }},
+      {"perspective_x", -0.05, 0.05, false, "change of scale from the middle to the side",
+       [](SimSpec& s, double v) { s.film.deform.perspective_x = v; }},
+      {"perspective_y", -0.05, 0.05, false, "change of scale from the middle to the end",
+       [](SimSpec& s, double v) { s.film.deform.perspective_y = v; }},
+      {"radial", -0.05, 0.05, false, "relative displacement in the corner of the frame",
+       [](SimSpec& s, double v) { s.film.deform.radial = v; }},
+      {"warp_px", 0, 20, false, "amplitude of a shorter wave in the réseau, both axes",
+       [](SimSpec& s, double v) { s.film.deform.warp_px = v; }},
+      {"warp_length_px", 60, 20000, false, "its length",
+       [](SimSpec& s, double v) { s.film.deform.warp_length_px = v; }},
+      {"curl_um", -3000, 3000, false, "height of the film's sides above its middle",
+       [](SimSpec& s, double v) { s.film.deform.curl_um = v; }},
+      {"overlap_um", -10, 10, false, "of neighbouring elements; negative: a gap between them",
+       [](SimSpec& s, double v) { s.film.print.overlap_um = v; }},
+      {"position_noise_um", 0, 10, false, "rms displacement of printed lines and elements",
+       [](SimSpec& s, double v) { s.film.print.position_noise_um = v; }},
+      {"width_noise_um", 0, 10, false, "rms variation of their width",
+       [](SimSpec& s, double v) { s.film.print.width_noise_um = v; }},
+      {"noise_length_um", 20, 100000, false, "along a line, over which its errors change",
+       [](SimSpec& s, double v) { s.film.print.noise_length_um = v; }},
+      {"missing", 0, 0.5, false, "fraction of lines and elements that were not printed",
+       [](SimSpec& s, double v) { s.film.print.missing = v; }},
+      {"hd_gamma", 0, 4, false,
+       "slope of density against log exposure; 0: transmittance = exposure",
+       [](SimSpec& s, double v) { s.film.emulsion.hd.gamma = v; }},
+      {"hd_dmin", 0, 1, false, "density of full exposure",
+       [](SimSpec& s, double v) { s.film.emulsion.hd.d_min = v; }},
+      {"hd_dmax", 1.2, 5, false, "density without exposure",
+       [](SimSpec& s, double v) { s.film.emulsion.hd.d_max = v; }},
+      {"hd_toe", 0.01, 1, false, "density over which either end of the curve bends",
+       [](SimSpec& s, double v) { s.film.emulsion.hd.toe = v; }},
+      {"hd_speed", -2, 2, false, "log exposure at which the straight line reaches hd_dmin",
+       [](SimSpec& s, double v) { s.film.emulsion.hd.log_speed = v; }},
+      {"spread_um", 0, 20, false, "standard deviation of the light's spread in the emulsion",
+       [](SimSpec& s, double v) { s.film.emulsion.spread_um = v; }},
+      {"silver_spread_um", 0, 20, false, "standard deviation of the silver's spread",
+       [](SimSpec& s, double v) { s.film.emulsion.silver_spread_um = v; }},
+      {"grain", 0, 0.5, false, "relative rms of a pixel's silver at density 1",
+       [](SimSpec& s, double v) { s.film.emulsion.grain = v; }},
+      {"grain_um", 1, 50, false, "size of the grain",
+       [](SimSpec& s, double v) { s.film.emulsion.grain_um = v; }},
+      {"ir_leak", 0, 1, false, "dye density in infrared, of that in red light",
+       [](SimSpec& s, double v) { s.film.dyes.infrared_leak = v; }},
+      {"dust", 0, 1000, false, "specks and hairs per square centimetre",
+       [](SimSpec& s, double v) { s.film.damage.dust_per_cm2 = v; }},
+      {"dust_um", 2, 500, false, "typical radius of a speck",
+       [](SimSpec& s, double v) { s.film.damage.dust_um = v; }},
+      {"scratches", 0, 100, false, "per centimetre of the film's width",
+       [](SimSpec& s, double v) { s.film.damage.scratches_per_cm = v; }},
+      {"bubbles", 0, 500, false, "in the gelatine, per square centimetre",
+       [](SimSpec& s, double v) { s.film.damage.bubbles_per_cm2 = v; }},
+      {"bubble_um", 5, 1000, false, "typical radius of a bubble",
+       [](SimSpec& s, double v) { s.film.damage.bubble_um = v; }},
+      {"faded_areas", 0, 1, false, "how far dyes are faded in the worst places",
+       [](SimSpec& s, double v) { s.film.damage.faded_areas = v; }},
+      {"stains", 0, 1, false, "blue light that the darkest stains take",
+       [](SimSpec& s, double v) { s.film.damage.stains = v; }},
+      {"general", 0, 1, true, "render also a plain film by the general path",
+       [](SimSpec& s, double v) { s.film.general_path = v != 0; }},
+      {"width_px", 16, 20000, true, "of a frame",
+       [](SimSpec& s, double v) { s.film.frame.width_px = as_int(v); }},
+      {"height_px", 16, 20000, true, "of a frame",
+       [](SimSpec& s, double v) { s.film.frame.height_px = as_int(v); }},
+      {"frames", 1, 40, true, "on the strip",
+       [](SimSpec& s, double v) { s.film.frame.n_frames = as_int(v); }},
+      {"border_px", 0, 2000, false, "dark border around the picture",
+       [](SimSpec& s, double v) { s.film.frame.border_px = v; }},
+      {"rebate_px", 0, 2000, false, "clear rebate around the border",
+       [](SimSpec& s, double v) { s.film.frame.rebate_px = v; }},
+  };
+  return keys;
+}
+
+void check_film(const FilmSpec& spec) {
+  const FrameSpec& frame = spec.frame;
+  const double margin = frame.border_px + frame.rebate_px;
+  if (2 * (margin + frame.outside_px) > frame.width_px - 8 || 2 * margin > frame.height_px - 8) {
+    throw InputError(
+        "Border and rebate of the simulated film leave no picture; make border_px, rebate_px and "
+        "outside_px smaller or the frame larger.");
+  }
+  const DeformSpec& deform = spec.deform;
+  if (frame.n_frames > 1 &&
+      (deform.perspective_x != 0 || deform.perspective_y != 0 || deform.radial != 0)) {
+    throw InputError(
+        "Perspective and radial displacement belong to one frame; leave out frames, or "
+        "perspective_x, perspective_y and radial.");
+  }
+  if (deform.warp_px * 2 * 3.1416 > 0.6 * deform.warp_length_px) {
+    throw InputError(
+        "So short and strong a wave would fold the réseau; make warp_px smaller or warp_length_px "
+        "larger.");
+  }
+}
+
+}  // namespace reseau::sim
