@@ -105,9 +105,7 @@ FirstPeriod write_element_samples(const sim::SimulatedScan& scan,
   const int columns = static_cast<int>(std::ceil(high_u)) + 2 - first.u;
   const int rows = static_cast<int>(std::ceil(high_v)) + 2 - first.v;
   FloatImageWriter writer(path, columns, rows, {"R", "G", "B", "x", "y"}, truth_options());
-  // Middles within a period (ScreenPoint): red lines at v = 1/2, green at the origin, blue beside
-  // it.
-  constexpr std::array<std::array<double, 2>, 3> kMiddles{{{0, 0.5}, {0, 0}, {0.5, 0}}};
+  const std::array<sim::ScreenPoint, 3> middles = truth.element_middles();
   std::vector<float> row;
   for (int j = 0; j < rows; ++j) {
     row.clear();
@@ -115,7 +113,7 @@ FirstPeriod write_element_samples(const sim::SimulatedScan& scan,
       Place green;
       for (std::size_t k = 0; k < 3; ++k) {
         const Place at =
-            scan_from_screen(truth, first.u + i + kMiddles[k][0], first.v + j + kMiddles[k][1]);
+            scan_from_screen(truth, first.u + i + middles[k].u, first.v + j + middles[k].v);
         const bool inside =
             at.x >= -0.5 && at.y >= -0.5 && at.x <= right + 0.5 && at.y <= bottom + 0.5;
         row.push_back(inside ? static_cast<float>(truth.process_rgb(at.x, at.y)[k]) : NAN);

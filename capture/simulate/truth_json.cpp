@@ -8,7 +8,11 @@ using Json = nlohmann::ordered_json;
 
 Json film_json(const sim::FilmSpec& f) {
   constexpr std::array<const char*, 3> kKinds{"dufay", "none", "empty"};
-  constexpr std::array<const char*, 2> kScenes{"chart", "natural"};
+  constexpr std::array<const char*, 7> kScenes{"chart", "natural", "sweep", "edges",
+                                               "zone",  "star",    "image"};
+  constexpr std::array<const char*, 7> kDyes{"harrison_horner", "cornwell_clyne", "collins_giles",
+                                             "neblette",        "thames",         "dioptichrome",
+                                             "measured"};
   const sim::ScreenSpec& s = f.screen;
   return {{"film", kKinds[static_cast<std::size_t>(f.kind)]},
           {"scene", kScenes[static_cast<std::size_t>(f.scene)]},
@@ -16,6 +20,7 @@ Json film_json(const sim::FilmSpec& f) {
           {"height_px", f.frame.height_px},
           {"frames", f.frame.n_frames},
           {"pixel_um", f.frame.pixel_um},
+          {"outside_px", f.frame.outside_px},
           {"rebate_px", f.frame.rebate_px},
           {"border_px", f.frame.border_px},
           {"period_u_um", s.period_u_um},
@@ -28,7 +33,46 @@ Json film_json(const sim::FilmSpec& f) {
           {"green_fraction", s.green_fraction},
           {"bend_px", s.bend_px},
           {"mirrored", f.mirrored},
-          {"fade", f.fade}};
+          {"edge_angle_deg", f.edge_angle_deg},
+          {"finest_cy_per_px", f.finest_cy_per_px},
+          {"spokes", f.spokes},
+          {"dyes",
+           {{"source", kDyes[static_cast<std::size_t>(f.dyes.source)]},
+            {"fade", f.dyes.fade},
+            {"infrared_leak", f.dyes.infrared_leak}}},
+          {"deformation",
+           {{"perspective_x", f.deform.perspective_x},
+            {"perspective_y", f.deform.perspective_y},
+            {"radial", f.deform.radial},
+            {"warp_px", f.deform.warp_px},
+            {"warp_length_px", f.deform.warp_length_px},
+            {"curl_um", f.deform.curl_um}}},
+          {"printing",
+           {{"overlap_um", f.print.overlap_um},
+            {"dark_gaps", f.print.dark_gaps},
+            {"position_noise_um", f.print.position_noise_um},
+            {"width_noise_um", f.print.width_noise_um},
+            {"noise_length_um", f.print.noise_length_um},
+            {"missing", f.print.missing}}},
+          {"emulsion",
+           {{"taking", f.emulsion.ideal_taking ? "ideal" : "dufay"},
+            {"hd_gamma", f.emulsion.hd.gamma},
+            {"hd_dmin", f.emulsion.hd.d_min},
+            {"hd_dmax", f.emulsion.hd.d_max},
+            {"hd_toe", f.emulsion.hd.toe},
+            {"hd_speed", f.emulsion.hd.log_speed},
+            {"spread_um", f.emulsion.spread_um},
+            {"silver_spread_um", f.emulsion.silver_spread_um},
+            {"grain", f.emulsion.grain},
+            {"grain_um", f.emulsion.grain_um}}},
+          {"damage",
+           {{"dust_per_cm2", f.damage.dust_per_cm2},
+            {"dust_um", f.damage.dust_um},
+            {"scratches_per_cm", f.damage.scratches_per_cm},
+            {"bubbles_per_cm2", f.damage.bubbles_per_cm2},
+            {"bubble_um", f.damage.bubble_um},
+            {"faded_areas", f.damage.faded_areas},
+            {"stains", f.damage.stains}}}};
 }
 
 Json optics_json(const sim::OpticsSpec& o) {
@@ -119,7 +163,7 @@ nlohmann::ordered_json truth_to_json(const sim::SimSpec& spec, const sim::Simula
                  {"psf", psf_json(spec.film.frame)}};
   if (scan.truth.has_screen()) {
     const sim::ScreenGradient g = scan.truth.mean_gradient();
-    object["screen"] = {{"name", "dufaycolor"},
+    object["screen"] = {{"name", scan.truth.screen_name()},
                         {"lattice_cy_per_px", {{g.u_x, g.u_y}, {g.v_x, g.v_y}}},
                         {"area_fractions", scan.truth.area_fractions()}};
   }
@@ -128,6 +172,19 @@ nlohmann::ordered_json truth_to_json(const sim::SimSpec& spec, const sim::Simula
     patches.push_back({{"x0", p.x0}, {"y0", p.y0}, {"x1", p.x1}, {"y1", p.y1}, {"rgb", p.rgb}});
   }
   object["patches"] = patches;
+  Json edges = Json::array();
+  for (const sim::Edge& e : scan.truth.edges()) {
+    edges.push_back({{"x", e.x},
+                     {"y", e.y},
+                     {"angle_deg", e.angle_deg},
+                     {"x0", e.x0},
+                     {"y0", e.y0},
+                     {"x1", e.x1},
+                     {"y1", e.y1},
+                     {"left", e.left},
+                     {"right", e.right}});
+  }
+  object["edges"] = edges;
   return object;
 }
 

@@ -205,6 +205,11 @@ std::array<double, 3> FilmTruth::area_fractions() const {
   return describe_screen(spec_.screen).areas;
 }
 
+std::array<ScreenPoint, 3> FilmTruth::element_middles() const {
+  CHECK(has_screen());
+  return describe_screen(spec_.screen).middles;
+}
+
 SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window) {
   if (window.width_px < 1 || window.n_lines < 1 || window.pitch < 1) {
     throw InputError("A simulated scan needs at least one pixel, one line and a pitch of 1.");

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "core/line/line_format.h"
-#include "drivers/sim/optical_transfer.h"
 #include "drivers/sim/film/element_response.h"
 #include "drivers/sim/film/make_film.h"
 #include "drivers/sim/film/screen_film.h"
+#include "drivers/sim/optical_transfer.h"
 #include "drivers/sim/scan_renderer.h"
 #include "drivers/sim/sim_spec.h"
 
@@ -27,7 +27,7 @@ class FilmTruth {
 
   // False for film=none and film=empty: then there is no réseau.
   [[nodiscard]] bool has_screen() const { return spec_.kind == FilmKind::kDufay; }
-  // "dufay", "paget" …; empty without a réseau.
+  // "dufaycolor", "paget" …; empty without a réseau.
   [[nodiscard]] std::string_view screen_name() const;
   // (u, v) in periods, conventions of ScreenPoint. has_screen() must hold.
   // Every displacement of the scanner is in it but lateral colour, which needs the channel (0 to 3:
@@ -53,6 +53,9 @@ class FilmTruth {
   // Frequency vectors of u and of v, deformation left out [cycles/px]: {u_x, u_y}, {v_x, v_y}.
   [[nodiscard]] ScreenGradient mean_gradient() const;
   [[nodiscard]] std::array<double, 3> area_fractions() const;
+  // Screen coordinates of the middle of one red, green and blue element; others lie whole periods
+  // away.
+  [[nodiscard]] std::array<ScreenPoint, 3> element_middles() const;
   [[nodiscard]] const FilmSpec& spec() const { return spec_; }
 
  private:

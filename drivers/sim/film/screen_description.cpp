@@ -16,12 +16,14 @@ struct LineRoles {
 };
 
 ScreenDescription lines_and_squares(std::string_view name, LineRoles dyes, const ScreenSpec& spec) {
-  ScreenDescription screen{name, dyes.second, {}, {}};
+  ScreenDescription screen{name, dyes.second, {}, {}, {}};
   screen.shapes.push_back({Kind::kLine, dyes.first, 0, 0, {{1, 0, spec.green_fraction / 2}}, 0});
   screen.shapes.push_back(
       {Kind::kLine, dyes.line, 0, 0.5, {{0, 1, spec.red_fraction / 2}}, 0, true});
   const double between = 1 - spec.red_fraction;
   const auto at = [&](int dye) -> double& { return screen.areas[static_cast<std::size_t>(dye)]; };
+  screen.middles[static_cast<std::size_t>(dyes.line)] = {0, 0.5};
+  screen.middles[static_cast<std::size_t>(dyes.second)] = {0.5, 0};  // the first is at (0, 0)
   at(dyes.line) = spec.red_fraction;
   at(dyes.first) = between * spec.green_fraction;
   at(dyes.second) = 1 - spec.red_fraction - at(dyes.first);
@@ -30,7 +32,8 @@ ScreenDescription lines_and_squares(std::string_view name, LineRoles dyes, const
 
 // Lines of three colours side by side, green in the middle of red and blue.
 ScreenDescription three_lines(std::string_view name) {
-  ScreenDescription screen{name, kBlue, {}, {1.0 / 3, 1.0 / 3, 1.0 / 3}};
+  ScreenDescription screen{
+      name, kBlue, {}, {1.0 / 3, 1.0 / 3, 1.0 / 3}, {{{0, 1.0 / 6}, {0, 0.5}, {0, 5.0 / 6}}}};
   screen.shapes.push_back({Kind::kLine, kRed, 0, 0.5 - 1.0 / 3, {{0, 1, 1.0 / 6}}, 0});
   screen.shapes.push_back({Kind::kLine, kGreen, 0, 0.5, {{0, 1, 1.0 / 6}}, 0});
   return screen;
@@ -41,7 +44,7 @@ ScreenDescription three_lines(std::string_view name) {
 // along the diagonal.
 ScreenDescription paget(std::string_view name) {
   constexpr double kLarge = 85.0 / 148, kSmall = 63.0 / 148;
-  ScreenDescription screen{name, kBlue, {}, {}};
+  ScreenDescription screen{name, kBlue, {}, {}, {{{0, 0}, {0.5, 0.5}, {0.5, 0}}}};
   const std::vector<ShapeBand> square{
       {1, 0, kLarge / 2}, {0, 1, kLarge / 2}, {1, 1, 0.5}, {1, -1, 0.5}};
   screen.shapes.push_back({Kind::kPolygon, kRed, 0, 0, square, 0});
@@ -54,7 +57,8 @@ ScreenDescription paget(std::string_view name) {
 // A red and a green disc of equal size per cell; 31.8 % each, which is what Color-Screen uses.
 ScreenDescription thames(const ScreenSpec& spec) {
   constexpr double kArea = 0.318;
-  ScreenDescription screen{"thames", kBlue, {}, {kArea, kArea, 1 - 2 * kArea}};
+  ScreenDescription screen{
+      "thames", kBlue, {}, {kArea, kArea, 1 - 2 * kArea}, {{{0, 0}, {0.5, 0.5}, {0.5, 0}}}};
   const double cell =
       spec.period_v_um / spec.period_u_um * std::sin(spec.axes_deg * std::numbers::pi / 180);
   const double radius = std::sqrt(kArea * cell / std::numbers::pi);
@@ -90,7 +94,7 @@ ScreenDescription describe_screen(const ScreenSpec& spec) {
     case ScreenKind::kWarnerPowrie:
       return three_lines("warner_powrie");
   }
-  return lines_and_squares("dufay", {kRed, kGreen, kBlue}, spec);
+  return lines_and_squares("dufaycolor", {kRed, kGreen, kBlue}, spec);
 }
 
 void set_screen_kind(ScreenSpec& screen, ScreenKind kind) {

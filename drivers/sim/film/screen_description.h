@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/sim/film/film_point.h"
 #include "drivers/sim/film_spec.h"
 
 namespace reseau::sim {
@@ -33,7 +34,8 @@ struct ScreenDescription {
   std::string_view name;
   int ground = 2;  // dye of what no shape covers
   std::vector<ScreenShape> shapes;
-  std::array<double, 3> areas{};  // fractions of red, green, blue; closed form of the layout
+  std::array<double, 3> areas{};         // fractions of red, green, blue; closed form of the layout
+  std::array<ScreenPoint, 3> middles{};  // of one red, green and blue element of a period
 };
 
 // The layout of a kind; for screens of lines and squares with the fractions of the spec. Sources

@@ -140,7 +140,7 @@ TEST(FilmTruth, KnowsTheNameOfTheScreen) {
     return FilmTruth(parse_sim_spec(spec).film, {.width_px = 10, .n_lines = 10}).screen_name();
   };
   EXPECT_EQ(name("ls5000?screen=spicer_dufay_blue"), "spicer_dufay_blue");
-  EXPECT_EQ(name("ls5000"), "dufay");
+  EXPECT_EQ(name("ls5000"), "dufaycolor");
   EXPECT_EQ(name("ls5000?film=none"), "");
 }
 

@@ -86,6 +86,26 @@ TEST(ScreenFilm, ElementsOfEveryScreenHaveTheirArea) {
   RecordProperty("largest_area_error", std::to_string(worst));
 }
 
+TEST(ScreenFilm, EveryElementCoversItsMiddle) {
+  for (const char* screen : kScreens) {
+    const FilmSpec spec = film_of("angle=0&phase_u=0&phase_v=0&screen=" + std::string(screen));
+    const ElementPainter painter(spec);
+    const auto middles = describe_screen(spec.screen).middles;
+    const ScreenGradient g = painter.screen().gradient();
+    const double det = g.u_x * g.v_y - g.u_y * g.v_x;
+    PlaneRow row;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double u = middles[k].u, v = middles[k].v;
+      const double x = (g.v_y * u - g.u_y * v) / det, y = (g.u_x * v - g.v_x * u) / det;
+      const int px = static_cast<int>(std::floor(x + 0.5));
+      const int first = static_cast<int>(std::floor(px / 16.0)) * 16;
+      painter.areas(y, first, 16, 1, row);
+      const auto slot = std::ranges::find(painter.sets(), 1 << k) - painter.sets().begin();
+      EXPECT_NEAR(row.phase(static_cast<int>(slot), 0)[px - first], 1, 1e-5) << screen << " " << k;
+    }
+  }
+}
+
 TEST(ScreenFilm, AreasOfTheDufaycolorAreThoseOfTheMicrograph) {
   const auto areas = describe_screen(film_of("").screen).areas;
   EXPECT_NEAR(areas[0], 21.0 / 49.9, 1e-12);
