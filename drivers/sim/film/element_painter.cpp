@@ -17,6 +17,7 @@ constexpr int kAhead = 8;
 constexpr float kPositive = 64;
 // Cells with a corner are divided so often along each side.
 constexpr int kFine = 4;
+constexpr float kWhole = 0.9999F;  // rounding left aside
 
 float floor_of(float t) {  // t > -kPositive
   return static_cast<float>(static_cast<int>(t + kPositive)) - kPositive;
@@ -163,7 +164,7 @@ float ElementPainter::cover_polygon(const Shape& s, float du, float dv, float gr
           std::abs(static_cast<float>(bands[b].n_u) * u + static_cast<float>(bands[b].n_v) * v);
       const float one =
           ramps[b](static_cast<float>(bands[b].half) + grow_px * s.per_px[b] - distance);
-      edges += one < 1 ? 1 : 0;
+      edges += one < kWhole ? 1 : 0;
       covered *= one;
     }
     return covered;

@@ -88,7 +88,7 @@ TEST(ScreenFilm, ElementsOfEveryScreenHaveTheirArea) {
 
 TEST(ScreenFilm, EveryElementCoversItsMiddle) {
   for (const char* screen : kScreens) {
-    const FilmSpec spec = film_of("angle=0&phase_u=0&phase_v=0&screen=" + std::string(screen));
+    const FilmSpec spec = film_of("angle=10&phase_u=0&phase_v=0&screen=" + std::string(screen));
     const ElementPainter painter(spec);
     const auto middles = describe_screen(spec.screen).middles;
     const ScreenGradient g = painter.screen().gradient();
