@@ -34,6 +34,7 @@ struct ElementPainter::Block {
 };
 
 struct ElementPainter::Shape {
+  Shape(const ScreenShape* of, const PrintingNoise& errors) : shape(of), noise(errors) {}
   const ScreenShape* shape = nullptr;
   PrintingNoise noise;
   std::vector<EdgeRamp> ramps, fine_ramps;  // of a cell, of a kFine-th of its side
@@ -324,7 +325,7 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
   const double cell_px = 1.0 / per_px;
   std::vector<Shape> shapes;
   for (const ScreenShape& shape : description_.shapes) {
-    shapes.push_back({&shape, PrintingNoise(print_, mix64(seed_, shapes.size())), {}, {}, {}, 0});
+    shapes.emplace_back(&shape, PrintingNoise(print_, mix64(seed_, shapes.size())));
   }
   ramps(screen_.scan_gradient(), cell_px, shapes);
   Block block;

@@ -220,12 +220,12 @@ void SilverLayer::blurred(Stage stage, double sigma_px, double y, int first_px, 
   const double sigma = sigma_px * per_px;
   const auto reach = static_cast<int>(std::ceil(kReach * sigma));
   const int margin_px = (reach / per_px / kBlockPx + 1) * kBlockPx;
-  const auto margin = static_cast<std::size_t>(margin_px * per_px);
-  const auto n = static_cast<std::size_t>(n_px * per_px);
+  const auto margin = static_cast<std::size_t>(margin_px) * static_cast<std::size_t>(per_px);
+  const auto n = static_cast<std::size_t>(n_px) * static_cast<std::size_t>(per_px);
 
   thread_local std::array<Ring, 2> rings;
   Ring& ring = rings[stage == Stage::kExposure ? 0 : 1];
-  const auto n_slots = static_cast<std::size_t>(2 * reach + 2);
+  const auto n_slots = static_cast<std::size_t>(2) * static_cast<std::size_t>(reach) + 2;
   ring.prepare(id_, first_px, n_px, per_px, n_slots);
 
   // Row j of the grid is centred at y = (j + 0.5) / per_px - 0.5.
