@@ -12,9 +12,9 @@ namespace reseau::sim {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kWidestPx = 256;  // of the tail's Gaussians; the rest of the tail joins the last
-constexpr double kLeftOut = 5e-5;  // of a spread function, by truncating the sum
-constexpr double kCutOff = 1e-5;   // light beyond the reach of a component
+constexpr double kWidestPx = 256;    // of the tail's Gaussians; the rest of the tail joins the last
+constexpr double kLeftOut = 1.5e-5;  // of a spread function, by truncating the sum
+constexpr double kCutOff = 1e-5;     // light beyond the reach of a component
 constexpr int kMaxRank = 32;
 constexpr double kEdgeFrequency = 0.1;  // cycles/px
 constexpr double kFocusStep = 0.01;     // waves at the pupil's edge between tables
@@ -152,12 +152,13 @@ int find_reach(const Eigen::VectorXd& u, const Eigen::VectorXd& v) {
   return std::min(reach + 1, static_cast<int>(u.size()) - 1);
 }
 
-// 1 up to three quarters of the reach, then down to 0.
+// 1 up to nine tenths of the reach, then down to 0.
 double taper(double cells, int reach) {
   const double t = std::abs(cells) / reach;
-  if (t <= 0.75) return 1;
+  constexpr double kBegin = 0.9;
+  if (t <= kBegin) return 1;
   if (t >= 1) return 0;
-  const double c = std::cos(kPi / 2 * (t - 0.75) / 0.25);
+  const double c = std::cos(kPi / 2 * (t - kBegin) / (1 - kBegin));
   return c * c;
 }
 

@@ -233,8 +233,15 @@ TEST(Scan, MultipleReadingsRepeatTheVisibleColoursOnly) {
   EXPECT_EQ(to_hex(ByteView(e.data).subspan(1024 + 600, 2)), "aa55");
 }
 
-TEST(Scan, TwoLineModeInterleavesFilmLinesPerPixel) {
-  const std::string film = "ls5000?width_px=200&height_px=100&noise=0";
+class TwoLines : public testing::TestWithParam<const char*> {};
+
+INSTANTIATE_TEST_SUITE_P(Sensors, TwoLines,
+                         testing::Values("", "&sensor_lines=2&line_response=1&line_gain=0.03",
+                                         "&sensor_lines=2&stagger_px=0.4&stagger_x_px=-0.2",
+                                         "&sensor_lines=2&optics=coolscan&focus_curve_um=40"));
+
+TEST_P(TwoLines, InterleaveFilmLinesPerPixel) {
+  const std::string film = std::string("ls5000?width_px=200&height_px=100&noise=0") + GetParam();
   SimHost host = ready_host("sim:" + film);
   set_windows(host, {1, 2, 3}, {.y = 4, .width = 64, .height = 5, .bytes_40_to_44 = "0000010240"});
   const std::vector<std::string> records = start(host, "010203");

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "drivers/sim/film.h"
@@ -47,7 +48,7 @@ inline auto edge(double angle_deg, double offset_px) {
   return [=](double x, double y, double side) {
     const double d = x * nx + y * ny - offset_px;
     const double a = std::max(std::abs(nx), std::abs(ny)) * side;
-    const double b = std::max(std::min(std::abs(nx), std::abs(ny)) * side, 1e-9);
+    const double b = std::max(std::min(std::abs(nx), std::abs(ny)) * side, 1e-5);
     const auto ramp = [](double t) { return t > 0 ? t * t / 2 : 0.0; };
     const double p = (a + b) / 2, q = (a - b) / 2;
     return (ramp(d + p) - ramp(d + q) - ramp(d - q) + ramp(d - p)) / (a * b);
@@ -64,6 +65,21 @@ inline auto sinusoid(double f_x, double f_y) {
     return 0.5 + 0.5 * sinc_pi(f_x * side) * sinc_pi(f_y * side) *
                      std::cos(2 * std::numbers::pi * (f_x * x + f_y * y));
   };
+}
+
+// Transfer of a round pupil, written down a second time: the integral along the shift by the
+// midpoint rule after x = (1 - s) sin(t).
+inline double lens(double s, double waves) {
+  if (s >= 1) return 0;
+  constexpr int kSteps = 400;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double t = std::numbers::pi * ((i + 0.5) / kSteps - 0.5), x = (1 - s) * std::sin(t);
+    const double h = 1 - (std::abs(x) + s) * (std::abs(x) + s);
+    sum += 2 * std::sqrt(std::max(h, 0.0)) * std::cos(8 * std::numbers::pi * waves * s * x) *
+           (1 - s) * std::cos(t);
+  }
+  return sum / kSteps;
 }
 
 }  // namespace reseau::sim
