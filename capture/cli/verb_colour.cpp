@@ -59,7 +59,7 @@ void list_sets(Reporter& reporter, ordered_json& json) {
   }
 }
 
-ExitCode list(Work& work) {
+ExitCode list_colours(Work& work) {
   Reporter& reporter = work.reporter;
   ordered_json json = {{"schema", "reseau-colour-list/1"},
                        {"default", primary_set_names().front()}};
@@ -253,7 +253,7 @@ void add_colour(Program& program) {
       "Primaries, areas, lights and spaces that the program knows, with their sources (--json).",
       "reseau colour list\n"
       "reseau colour list --json",
-      list));
+      list_colours));
   auto options = std::make_shared<ShowOptions>();
   CLI::App* app = program.add_verb_below(
       group, "show",

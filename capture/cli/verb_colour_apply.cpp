@@ -9,7 +9,7 @@ namespace reseau::cli {
 
 namespace {
 
-struct Options {
+struct ColourApplyArguments {
   std::string file;
   std::string output = ".";
   std::string view_gamut = "clip";
@@ -18,7 +18,7 @@ struct Options {
   bool no_view = false;
 };
 
-ExitCode run(const Options& options, Work& work) {
+ExitCode run(const ColourApplyArguments& options, Work& work) {
   RecolorRequest request;
   request.verb = "colour apply";
   request.file = options.file;
@@ -35,7 +35,7 @@ ExitCode run(const Options& options, Work& work) {
 }  // namespace
 
 void add_colour_apply(Program& program, CLI::App* group) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ColourApplyArguments>();
   CLI::App* app = program.add_verb_below(
       group, "apply",
       "Gives a reconstruction other colours, without doing anything else again. FILE is an EXR "

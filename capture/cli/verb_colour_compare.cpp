@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-struct Options {
+struct ColourCompareArguments {
   std::vector<std::string> sets;
   ColorChoice color;
   std::string colors = "warm";
@@ -41,7 +41,7 @@ struct Table {
   std::vector<Pair> pairs;  // b before a in `names`
 };
 
-DifferenceConvention convention_of(const Options& options) {
+DifferenceConvention convention_of(const ColourCompareArguments& options) {
   DifferenceConvention convention;
   if (options.lab_white == "reseau") {
     convention.white = DifferenceConvention::LabWhite::kReseau;
@@ -63,7 +63,7 @@ std::vector<Vector3> colors_of(const std::string& word) {
   return file ? load_intensities(word) : stated_colors(word);
 }
 
-Table make_table(const Options& options, Reporter& reporter) {
+Table make_table(const ColourCompareArguments& options, Reporter& reporter) {
   const DifferenceConvention convention = convention_of(options);
   Table table;
   table.intensities = colors_of(options.colors);
@@ -95,7 +95,7 @@ std::string csv_of(const Table& table) {
   return text;
 }
 
-void print_text(const Table& table, const Options& options, Reporter& reporter) {
+void print_text(const Table& table, const ColourCompareArguments& options, Reporter& reporter) {
   reporter.result_line(fmt::format(
       "ΔE2000, mean / maximum, {} colours ({}), balance {}, light {}, CIELAB white {}, worst {} % "
       "left out{}",
@@ -119,7 +119,8 @@ void print_text(const Table& table, const Options& options, Reporter& reporter) 
   reporter.result_line(below);
 }
 
-ordered_json json_of(const Table& table, const Options& options, const ColorRecipe& common) {
+ordered_json json_of(const Table& table, const ColourCompareArguments& options,
+                     const ColorRecipe& common) {
   ordered_json json = {{"schema", "reseau-colour-compare/1"},
                        {"colours", options.colors},
                        {"n_colours", table.intensities.size()},
@@ -142,8 +143,8 @@ ordered_json json_of(const Table& table, const Options& options, const ColorReci
   return json;
 }
 
-ExitCode run(const Options& given, Work& work) {
-  Options options = given;
+ExitCode run(const ColourCompareArguments& given, Work& work) {
+  ColourCompareArguments options = given;
   if (options.sets.empty()) {
     options.sets = {"cornwell-clyne-1951-tab1", "hubicka-2025",       "harrison-horner-1939",
                     "cornwell-clyne-1951",      "collins-giles-1952", "neblette-1952"};
@@ -167,7 +168,7 @@ ExitCode run(const Options& given, Work& work) {
 }  // namespace
 
 void add_colour_compare(Program& program, CLI::App* group) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ColourCompareArguments>();
   CLI::App* app = program.add_verb_below(
       group, "compare",
       "Colour difference (CIEDE2000) between every two sets of primaries on the same element "

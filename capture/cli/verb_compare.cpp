@@ -20,7 +20,7 @@ using compare::CompareOptions;
 using compare::Comparison;
 using compare::Rect;
 
-struct Options {
+struct CompareArguments {
   std::string a, b, map, crop, roi, offset;
   std::string registration_a, registration_b;
   std::string fit = "none", white = "D65", layer = "auto";
@@ -54,7 +54,7 @@ Rect rect_of(const std::string& option, const std::string& text) {
   return {v[0], v[1], v[2], v[3]};
 }
 
-CompareOptions compare_options(const Options& options) {
+CompareOptions compare_options(const CompareArguments& options) {
   CompareOptions result = options.compare;
   result.fit = compare::parse_fit(options.fit);
   result.white = compare::parse_lab_white(options.white);
@@ -72,7 +72,7 @@ CompareOptions compare_options(const Options& options) {
   return result;
 }
 
-ExitCode run_compare(const Options& options, Work& work) {
+ExitCode run_compare(const CompareArguments& options, Work& work) {
   const CompareOptions settings = as_failure(Doing::kReadingOptions, [&] {
     if (!options.map.empty()) compare::check_error_map_name(options.map);
     return compare_options(options);
@@ -104,7 +104,7 @@ ExitCode run_compare(const Options& options, Work& work) {
   return kExitOk;
 }
 
-void add_color_options(CLI::App& app, Options& options) {
+void add_color_options(CLI::App& app, CompareArguments& options) {
   app.add_option("--fit", options.fit,
                  "none (default), gain: one factor on B, white: mean colour of B onto that of A")
       ->check(CLI::IsMember({"none", "gain", "white"}))
@@ -134,7 +134,7 @@ void add_color_options(CLI::App& app, Options& options) {
       ->group("Colour");
 }
 
-void add_place_options(CLI::App& app, Options& options) {
+void add_place_options(CLI::App& app, CompareArguments& options) {
   app.add_option("--crop", options.crop, "Only this part of A [px]")
       ->type_name("X,Y,W,H")
       ->group("Place");
@@ -152,7 +152,7 @@ void add_place_options(CLI::App& app, Options& options) {
 }  // namespace
 
 void add_compare(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareArguments>();
   CLI::App* app = program.add_verb(
       "compare",
       "Compares two pictures, or a result with its truth, pixel by pixel: colour difference "

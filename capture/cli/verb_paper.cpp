@@ -28,7 +28,7 @@ constexpr int kReseauSide_px = 480, kReseauPeriods = 6;
 // As Color-Screen compares: every fourth pixel, a border of 100 left out.
 constexpr int kBorder_px = 100, kEvery = 4;
 
-struct Options {
+struct PaperArguments {
   std::string output = "paper";
   ReadChoice scan;
   double white_level = 1;
@@ -59,7 +59,7 @@ class Sampler final : public RgbRowSink {
   int width_ = 0, height_ = 0;
 };
 
-std::vector<Vector3> intensities_of(const Options& options, Work& work) {
+std::vector<Vector3> intensities_of(const PaperArguments& options, Work& work) {
   Reporter& reporter = work.reporter;
   const Scan scan = options.scan.read(reporter);
   RegisterOptions register_options;
@@ -112,7 +112,7 @@ ordered_json json_of(const PaperReport& report, const std::filesystem::path& dir
   return json;
 }
 
-ExitCode run(const Options& options, Work& work) {
+ExitCode run(const PaperArguments& options, Work& work) {
   if (!(options.white_level > 0) || !std::isfinite(options.white_level)) {
     throw Failure(kExitUsage, "--white must be a number above 0.");
   }
@@ -146,7 +146,7 @@ ExitCode run(const Options& options, Work& work) {
 }  // namespace
 
 void add_paper(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PaperArguments>();
   CLI::App* app = program.add_verb(
       "paper",
       "Recomputes the tables and figures of Hubička, Kimrová, Konečný (arXiv:2501.06216) from the "

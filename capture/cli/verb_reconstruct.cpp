@@ -16,7 +16,7 @@ namespace reseau::cli {
 
 namespace {
 
-struct Options {
+struct ReconstructArguments {
   ReadChoice read;
   DevelopChoice picture;
   std::string output = ".";
@@ -30,8 +30,9 @@ void refuse_all_existing(const PictureNames& names, bool view) {
   refuse_existing(names.view_tiff);
 }
 
-Receipt make_receipt(const Options& options, const Scan& scan, const DevelopOptions& settings,
-                     const Development& development, const PictureNames& names) {
+Receipt make_receipt(const ReconstructArguments& options, const Scan& scan,
+                     const DevelopOptions& settings, const Development& development,
+                     const PictureNames& names) {
   Receipt receipt;
   receipt.verb = "reconstruct";
   receipt.written_at = utc_now(false);
@@ -51,7 +52,7 @@ Receipt make_receipt(const Options& options, const Scan& scan, const DevelopOpti
   return receipt;
 }
 
-ExitCode run_reconstruct(const Options& options, Work& work) {
+ExitCode run_reconstruct(const ReconstructArguments& options, Work& work) {
   Reporter& reporter = work.reporter;
   DevelopOptions settings =
       as_failure(Doing::kReadingOptions, [&] { return options.picture.resolve(reporter); });
@@ -113,7 +114,7 @@ ExitCode run_reconstruct(const Options& options, Work& work) {
 }  // namespace
 
 void add_reconstruct(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReconstructArguments>();
   CLI::App* app = program.add_verb(
       "reconstruct",
       "Brings back the colours of a scan that is a file. Writes NAME.exr and NAME.json, and "

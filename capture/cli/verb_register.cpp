@@ -16,7 +16,7 @@ namespace reseau::cli {
 
 namespace {
 
-struct Options {
+struct RegisterArguments {
   ReadChoice read;
   std::string map;
   int n_threads = 0;
@@ -41,7 +41,7 @@ void write_map(const Registration& registration, const LineFormat& format,
   writer.finish();
 }
 
-ExitCode run_register(const Options& options, Work& work) {
+ExitCode run_register(const RegisterArguments& options, Work& work) {
   Reporter& reporter = work.reporter;
   if (!options.map.empty()) refuse_existing(options.map);
   const Scan scan = options.read.read(reporter);
@@ -83,7 +83,7 @@ ExitCode run_register(const Options& options, Work& work) {
 }  // namespace
 
 void add_register(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RegisterArguments>();
   CLI::App* app = program.add_verb(
       "register",
       "Finds the réseau of a scan and says where it lies. The map has two channels, u and v, in "

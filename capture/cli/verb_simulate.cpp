@@ -20,7 +20,7 @@ namespace reseau::cli {
 
 namespace {
 
-struct Options {
+struct SimulateArguments {
   std::vector<std::string> keys, settings;
   std::optional<std::uint64_t> seed;
   std::string film, scene, output, truth;
@@ -29,7 +29,7 @@ struct Options {
 };
 
 // The device's name of everything that was asked for; what is said later wins.
-sim::SimSpec spec_of(const Options& options) {
+sim::SimSpec spec_of(const SimulateArguments& options) {
   std::string name = "sim:ls5000";
   char separator = '?';
   const auto add = [&](const std::string& pair) {
@@ -115,7 +115,7 @@ void write_truth(const sim::SimSpec& spec, const sim::SimulatedScan& scan,
   write_json_file(object, names.parameters);
 }
 
-ExitCode run_simulate(const Options& options, Work& work) {
+ExitCode run_simulate(const SimulateArguments& options, Work& work) {
   const sim::SimSpec spec = as_failure(Doing::kReadingOptions, [&] { return spec_of(options); });
   const simulate::TruthNames names = simulate::truth_names(options.truth);
   std::vector<std::filesystem::path> files{options.output};
@@ -157,7 +157,7 @@ ExitCode run_simulate(const Options& options, Work& work) {
 }  // namespace
 
 void add_simulate(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateArguments>();
   CLI::App* app = program.add_verb(
       "simulate",
       "Renders the simulated film straight to a TIFF: the samples that the simulated unit sends at "

@@ -14,7 +14,7 @@ namespace reseau {
 namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-constexpr const char* kTab1 = "cornwell-clyne-1951-tab1";
+constexpr const char* kCornwellClyne = "cornwell-clyne-1951-tab1";
 
 struct Pair {
   std::string a, b;
@@ -140,7 +140,7 @@ void add_orders(PaperReport& report, const std::vector<Pair>& brightness,
   at_least(report, "scan", "neutral: of the three largest, those with Neblette",
            count_involving(std::span(n).last(3), "neblette-1952"), 3);
   at_least(report, "scan", "brightness: of the five largest, those with Tab. 1",
-           count_involving(std::span(b).last(5), kTab1), 5);
+           count_involving(std::span(b).last(5), kCornwellClyne), 5);
 }
 
 void against_color_screen(PaperReport& report, std::span<const Vector3> scene,
@@ -213,10 +213,10 @@ void add_claims(PaperReport& report) {
   const auto scene = stated_colors("warm");
   DeltaESummary worst, worst_of_all;
   for (const char* set : {"hubicka-2025", "harrison-horner-1939", "cornwell-clyne-1951",
-                          "collins-giles-1952", "neblette-1952", kTab1}) {
+                          "collins-giles-1952", "neblette-1952", kCornwellClyne}) {
     const DeltaESummary d = difference(scene, "srgb", set, Balance::kNeutral, false);
     for (DeltaESummary* to : {&worst, &worst_of_all}) {
-      if (to == &worst && std::string_view(set) == kTab1) continue;
+      if (to == &worst && std::string_view(set) == kCornwellClyne) continue;
       to->mean = std::max(to->mean, d.mean);
       to->max = std::max(to->max, d.max);
     }

@@ -79,16 +79,16 @@ Eigen::MatrixXd penalty(double half_width_px, int n) {
   return matrix;
 }
 
-struct Fit {
+struct SplineFit {
   Eigen::VectorXd coefficients;
   double squares = 0;    // of the residuals
   double criterion = 0;  // generalised cross-validation
 };
 
-Fit fit(const ProfileBins& samples, const Normal& normal, const Eigen::MatrixXd& roughness,
-        double weight, bool criterion) {
+SplineFit fit(const ProfileBins& samples, const Normal& normal, const Eigen::MatrixXd& roughness,
+              double weight, bool criterion) {
   const Eigen::LLT<Eigen::MatrixXd> llt(normal.gram + weight * roughness);
-  Fit result;
+  SplineFit result;
   result.coefficients = llt.solve(normal.right);
   result.squares =
       std::max(0.0, samples.sum_of_squares() - 2 * result.coefficients.dot(normal.right) +
@@ -134,12 +134,12 @@ EdgeSpline::EdgeSpline(const ProfileBins& samples, double relative_penalty)
   const Normal normal = normal_equations(samples, n);
   const Eigen::MatrixXd roughness = penalty(half_width_px_, n);
   const double unit = samples.count() / n;
-  Fit best;
+  SplineFit best;
   if (relative_penalty > 0) {
     best = fit(samples, normal, roughness, unit * relative_penalty, false);
   } else {
     for (int step = -6; step <= 6; ++step) {
-      const Fit trial = fit(samples, normal, roughness, unit * std::pow(10.0, step), true);
+      const SplineFit trial = fit(samples, normal, roughness, unit * std::pow(10.0, step), true);
       if (step == -6 || trial.criterion < best.criterion) best = trial;
     }
   }

@@ -15,21 +15,17 @@
 #include <unistd.h>
 
 #include "capture/image/exr_file.h"
+#include "capture/store/quoted.h"
 #include "core/base/check.h"
 #include "core/base/error.h"
 
 namespace reseau {
 namespace {
 
-constexpr std::int64_t kMaxSide = 1'000'000;
+constexpr std::int64_t kMaxExrSide = 1'000'000;
 // All compressions of EXR together do not shrink a picture of floats further.
-constexpr std::uintmax_t kMaxCompression = 5000;
-constexpr std::uintmax_t kSmallestSuspect = std::uintmax_t{256} << 20;
-
-std::string quoted(const std::filesystem::path& path) {
-  std::string text("'");
-  return text.append(path.string()).append("'");
-}
+constexpr std::uintmax_t kMaxExrCompression = 5000;
+constexpr std::uintmax_t kSmallestSuspectExr = std::uintmax_t{256} << 20;
 
 void require_exr(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -71,13 +67,13 @@ struct ExrReader::State {
   void require_size() const {
     const auto across = static_cast<std::int64_t>(window.max.x) - window.min.x + 1;
     const auto down = static_cast<std::int64_t>(window.max.y) - window.min.y + 1;
-    const bool sane = across > 0 && down > 0 && across <= kMaxSide && down <= kMaxSide;
+    const bool sane = across > 0 && down > 0 && across <= kMaxExrSide && down <= kMaxExrSide;
     const auto bytes = sane
                            ? static_cast<std::uintmax_t>(across) *
                                  static_cast<std::uintmax_t>(down) * channels.size() * sizeof(float)
                            : 0;
-    if (!sane ||
-        (bytes > kSmallestSuspect && bytes / kMaxCompression > std::filesystem::file_size(path))) {
+    if (!sane || (bytes > kSmallestSuspectExr &&
+                  bytes / kMaxExrCompression > std::filesystem::file_size(path))) {
       throw InputError("The file " + quoted(path) + " claims " + std::to_string(across) + " x " +
                        std::to_string(down) + " pixels, which cannot be; it is damaged.");
     }

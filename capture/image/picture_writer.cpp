@@ -15,7 +15,7 @@
 namespace reseau {
 namespace {
 
-constexpr int kBandRows = 64;
+constexpr int kViewRows = 64;
 constexpr double kWhitePercentile = 0.995;
 // A picture that is nearly all black is not lifted into noise.
 constexpr double kMaxExposure = 1024;
@@ -94,8 +94,8 @@ struct PictureWriter::State {
     std::vector<std::uint16_t> deep;
     std::vector<std::uint8_t> shallow;
     std::uint64_t n_clipped = 0;
-    for (int y = 0; y < result.height_px; y += kBandRows) {
-      const int n_rows = std::min(kBandRows, result.height_px - y);
+    for (int y = 0; y < result.height_px; y += kViewRows) {
+      const int n_rows = std::min(kViewRows, result.height_px - y);
       linear.resize(row_samples * static_cast<std::size_t>(n_rows));
       reader.read(y, n_rows, linear);
       std::uint64_t clipped = 0;

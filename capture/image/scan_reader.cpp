@@ -16,16 +16,12 @@
 #include "capture/image/tiff_pixels.h"
 #include "capture/store/master_source.h"
 #include "capture/store/master_xmp.h"
+#include "capture/store/quoted.h"
 #include "core/base/error.h"
 #include "core/line/memory_line_source.h"
 
 namespace reseau {
 namespace {
-
-std::string quoted(const std::filesystem::path& path) {
-  std::string text("'");
-  return text.append(path.string()).append("'");
-}
 
 std::uint64_t memory_limit(const ReadScanOptions& options) {
   if (options.max_memory_bytes > 0) return options.max_memory_bytes;

@@ -15,6 +15,7 @@
 #include <tiffio.h>
 #include <unistd.h>
 
+#include "capture/store/quoted.h"
 #include "core/base/error.h"
 
 namespace reseau {
@@ -37,11 +38,6 @@ int keep_message(TIFF* /*tiff*/, void* user, const char* /*module*/, const char*
 int drop_message(TIFF* /*tiff*/, void* /*user*/, const char* /*module*/, const char* /*format*/,
                  va_list /*arguments*/) {
   return 1;
-}
-
-std::string quoted(const std::filesystem::path& path) {
-  std::string text("'");
-  return text.append(path.string()).append("'");
 }
 
 const char* other_format(const std::array<unsigned char, 16>& b) {

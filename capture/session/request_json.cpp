@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr std::array kChannelNames{"red", "green", "blue", "infrared"};
+constexpr std::array kExposureNames{"red", "green", "blue", "infrared"};
 constexpr const char* kSchema = "reseau-request/1";
 
 template <typename T>
@@ -54,9 +54,9 @@ ExposureRequest exposure_from_json(const json& object) {
     throw InputError("unknown exposure mode " + mode);
   }
   exposure.factor = object.value("factor", 1.0);
-  for (std::size_t i = 0; i < kChannelNames.size(); ++i) {
+  for (std::size_t i = 0; i < kExposureNames.size(); ++i) {
     exposure.exposure_us[i] =
-        get_optional<double>(object, fmt::format("{}_us", kChannelNames[i]).c_str());
+        get_optional<double>(object, fmt::format("{}_us", kExposureNames[i]).c_str());
   }
   return exposure;
 }
@@ -101,8 +101,8 @@ ordered_json request_to_json(const ScanRequest& request) {
   const bool fixed = request.exposure.mode == ExposureRequest::Mode::kFixed;
   ordered_json exposure = {{"mode", fixed ? "fixed" : "meter"},
                            {"factor", request.exposure.factor}};
-  for (std::size_t i = 0; i < kChannelNames.size(); ++i) {
-    put_optional(exposure, fmt::format("{}_us", kChannelNames[i]).c_str(),
+  for (std::size_t i = 0; i < kExposureNames.size(); ++i) {
+    put_optional(exposure, fmt::format("{}_us", kExposureNames[i]).c_str(),
                  request.exposure.exposure_us[i]);
   }
   object["exposure"] = exposure;

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "capture/store/quoted.h"
 #include "core/base/error.h"
 
 namespace reseau {
@@ -18,11 +19,6 @@ namespace {
 
 [[noreturn]] void throw_errno(int error, const std::string& sentence) {
   throw std::system_error(error, std::generic_category(), sentence);
-}
-
-std::string quoted(const std::filesystem::path& path) {
-  std::string text("'");
-  return text.append(path.string()).append("'");
 }
 
 bool exists_at(const std::filesystem::path& path) {

@@ -18,7 +18,6 @@ constexpr double kShouldBeginBy_nm = 405, kShouldReach_nm = 695;
 constexpr double kWideGap_nm = 25, kWidestGap_nm = 200;
 // Readings of a printed chart lie this much outside, no more.
 constexpr double kReadingNoise = 0.02;
-constexpr double kDeepestDensity = 9;
 
 std::string nm(double wavelength_nm) {
   std::string text = std::to_string(wavelength_nm);

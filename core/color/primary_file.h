@@ -9,6 +9,9 @@
 
 namespace reseau {
 
+// Nothing that can be measured is darker; a density beyond it is a mistake of units.
+inline constexpr double kDeepestDensity = 9;
+
 // Published charts are taken with their gaps and short ends; of a person's own table these are
 // noted, and refused where they leave too much open.
 enum class TableOrigin { kPublished, kOwn };

@@ -13,8 +13,6 @@
 namespace reseau {
 namespace {
 
-constexpr double kDeepestDensity = 9;
-
 std::vector<PrimarySet> read_built_in() {
   std::vector<PrimarySet> sets;
   const auto add = [&sets](std::vector<PrimarySet> more, const char* about) {

@@ -12,7 +12,6 @@ namespace reseau {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 constexpr int kPhases = 20;  // per axis, in the search for the origin of the cell
 constexpr std::array<double, 4> kSigmas{0.45, 0.8, 1.3, 2.0};
 
@@ -61,7 +60,7 @@ ElementModel::Amplitudes turned(const TileView& view, std::size_t channel, Vec2 
   y(0) = view.mean[channel];
   for (std::size_t h = 0; h + 1 < kTileAmplitudes; ++h) {
     const HarmonicIndex i = kTileHarmonics[h];
-    const Complex turn = std::polar(1.0, -2 * kPi * (i.u * screen.x + i.v * screen.y));
+    const Complex turn = std::polar(1.0, -2 * std::numbers::pi * (i.u * screen.x + i.v * screen.y));
     y(static_cast<int>(h) + 1) = std::numbers::sqrt2 * (view.harmonic[channel][h] * turn).real();
   }
   return y;

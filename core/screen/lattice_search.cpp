@@ -15,7 +15,6 @@ namespace reseau {
 namespace {
 
 using Complex = std::complex<float>;
-constexpr double kPi = std::numbers::pi;
 constexpr int kMaxTiles = 20;
 // A peak sums 5 x 5 bins of two spectra, 72 on average where there is only noise.
 constexpr double kNoisePower = 110;
@@ -105,11 +104,11 @@ bool tile_signals(const LinearRows& rows, const Tile& tile, int size, std::vecto
   std::complex<double> mean = 0;
   std::vector<float> weights(out.size());
   for (int y = 0; y < size; ++y) {
-    const double wy = std::sin(kPi * (y + 0.5) / size);
+    const double wy = std::sin(std::numbers::pi * (y + 0.5) / size);
     const float* row[4];
     for (int c = 0; c < 4; ++c) row[c] = rows.row(c, tile.y + y) + tile.x;
     for (int x = 0; x < size; ++x) {
-      const double wx = std::sin(kPi * (x + 0.5) / size);
+      const double wx = std::sin(std::numbers::pi * (x + 0.5) / size);
       const float s = row[3][x];
       const float inverse = s > 0 ? s / (s * s + dark * dark) : 0.0F;
       const float r = row[0][x] * inverse / static_cast<float>(ratio[0]);
@@ -293,8 +292,9 @@ ColorSeries series_from_response(const Response& response, const Carriers& carri
         const HarmonicIndex h = kDifferences[i];
         const Vec2 f =
             static_cast<double>(h.u) * carriers.u + static_cast<double>(h.v) * carriers.v;
-        series.harmonic[c][i] += response[k][c] * pattern.fourier(static_cast<int>(k), h.u, h.v) *
-                                 std::exp(-2 * kPi * kPi * sigma_px * sigma_px * dot(f, f));
+        series.harmonic[c][i] +=
+            response[k][c] * pattern.fourier(static_cast<int>(k), h.u, h.v) *
+            std::exp(-2 * std::numbers::pi * std::numbers::pi * sigma_px * sigma_px * dot(f, f));
       }
     }
   }

@@ -9,7 +9,6 @@
 namespace reseau {
 namespace {
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 // 1, x, y (the picture changes across a tile), then cos and sin of each harmonic.
 constexpr int kTerms = 3 + 2 * static_cast<int>(kTileHarmonics.size());
 using Normal = Eigen::Matrix<double, kTerms, kTerms>;
@@ -26,17 +25,18 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
   double weight_sum = 0, square_sum = 0;
   int n_lost = 0;
   for (int y = 0; y < height; ++y) {
-    const double wy = std::sin(kPi * (y + 0.5) / height);
+    const double wy = std::sin(std::numbers::pi * (y + 0.5) / height);
     for (int x = 0; x < width; ++x) {
       if (!(rows.row(3, y)[x0 + x] > 0)) {
         ++n_lost;
         continue;
       }
-      const double wx = std::sin(kPi * (x + 0.5) / width);
+      const double wx = std::sin(std::numbers::pi * (x + 0.5) / width);
       const double window = wx * wx * wy * wy;
       const Vec2 s =
           map.screen_from_scan({static_cast<double>(x0 + x), static_cast<double>(rows.first + y)});
-      const Complex u = std::polar(1.0, 2 * kPi * s.x), v = std::polar(1.0, 2 * kPi * s.y);
+      const Complex u = std::polar(1.0, 2 * std::numbers::pi * s.x),
+                    v = std::polar(1.0, 2 * std::numbers::pi * s.y);
       const std::array<Complex, kTileHarmonics.size()> turn{u,     v,    u * v, u * std::conj(v),
                                                             u * u, v * v};
       Terms term;

@@ -19,7 +19,6 @@ using namespace std::chrono_literals;
 constexpr Duration kColdStart = 180s;
 // 7 s on an LS-50, 26 s on an LS-5000.
 constexpr Duration kFocusTimeout = 180s;
-constexpr double k10nsPerUs = 100.0;
 constexpr int kMaxMeterPasses = 6;
 
 constexpr std::array kColours = {Colour::kRed, Colour::kGreen, Colour::kBlue, Colour::kInfrared};

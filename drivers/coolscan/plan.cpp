@@ -11,7 +11,6 @@ namespace reseau::coolscan {
 namespace {
 
 constexpr double kMmPerInch = 25.4;
-constexpr double k10nsPerUs = 100.0;
 
 std::string text_of(double value, const char* unit) {
   char text[48];

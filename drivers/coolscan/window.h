@@ -8,6 +8,9 @@
 
 namespace reseau::coolscan {
 
+// Exposures travel in units of 10 ns.
+inline constexpr double k10nsPerUs = 100.0;
+
 enum class ScanKind : std::uint8_t { kImage = 0x01, kThumbnail = 0x02 };
 enum class Interleaving : std::uint8_t { kLine = 0x02, kMultiLine = 0x40 };
 

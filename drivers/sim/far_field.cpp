@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "drivers/sim/spline_weights.h"
 
 namespace reseau::sim {
 namespace {
@@ -40,12 +41,11 @@ std::vector<float> half_gaussian(double sigma_px) {
   return weights;
 }
 
-// Cubic B-spline at the four cells around a place t of the way from the second to the third.
-std::array<float, 4> spline_weights(double t) {
-  const double s = 1 - t;
-  return {
-      static_cast<float>(s * s * s / 6), static_cast<float>((4 - 6 * t * t + 3 * t * t * t) / 6),
-      static_cast<float>((4 - 6 * s * s + 3 * s * s * s) / 6), static_cast<float>(t * t * t / 6)};
+// Weights of the four cells around a place, as the map is kept.
+std::array<float, 4> cell_weights(double f) {
+  const std::array<double, 4> w = spline_weights(f);
+  return {static_cast<float>(w[0]), static_cast<float>(w[1]), static_cast<float>(w[2]),
+          static_cast<float>(w[3])};
 }
 
 // Place on the map, in cells; cell k covers pixels 4 k to 4 k + 3.
@@ -204,7 +204,7 @@ void FarField::Reader::add(int channel, double y, std::span<const double> x, std
   if (field_.kernels_.empty()) return;
   const double at_y = cells_from_px(y);
   const auto base_y = static_cast<std::int64_t>(std::floor(at_y));
-  const std::array<float, 4> w_y = spline_weights(at_y - std::floor(at_y));
+  const std::array<float, 4> w_y = cell_weights(at_y - std::floor(at_y));
   blended_.assign(static_cast<std::size_t>(field_.n_read_), 0.0F);
   for (std::size_t k = 0; k < 4; ++k) {
     const std::vector<float>& from =
@@ -214,7 +214,7 @@ void FarField::Reader::add(int channel, double y, std::span<const double> x, std
   for (std::size_t i = 0; i < x.size(); ++i) {
     const double at = cells_from_px(x[i]) - static_cast<double>(field_.read_first_);
     const double below = std::floor(at);
-    const std::array<float, 4> w = spline_weights(at - below);
+    const std::array<float, 4> w = cell_weights(at - below);
     const float* v = blended_.data() + static_cast<std::ptrdiff_t>(below) - 1;
     out[i] += (w[0] * v[0] + w[1] * v[1]) + (w[2] * v[2] + w[3] * v[3]);
   }

@@ -9,7 +9,6 @@
 namespace reseau::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kNodes = 16;
 
 struct GaussLegendre {
@@ -20,7 +19,7 @@ struct GaussLegendre {
 GaussLegendre make_rule() {
   GaussLegendre rule;
   for (int i = 0; i < kNodes; ++i) {
-    double x = std::cos(kPi * (i + 0.75) / (kNodes + 0.5)), slope = 1;
+    double x = std::cos(std::numbers::pi * (i + 0.75) / (kNodes + 0.5)), slope = 1;
     for (int step = 0; step < 100; ++step) {
       double p = 1, before = 0;
       for (int k = 1; k <= kNodes; ++k) {
@@ -42,7 +41,7 @@ GaussLegendre make_rule() {
 double sinc(double x) { return std::abs(x) < 1e-9 ? 1.0 : std::sin(x) / x; }
 
 double gaussian(double sigma, double f_squared) {
-  return std::exp(-2 * kPi * kPi * sigma * sigma * f_squared);
+  return std::exp(-2 * std::numbers::pi * std::numbers::pi * sigma * sigma * f_squared);
 }
 
 }  // namespace
@@ -54,10 +53,10 @@ double lens_transfer(double s_x, double s_y, double w_x, double w_y) {
   if (s == 0) return 1;
   // Over the overlap of two pupils 2 s apart their wavefronts differ by a plane: its slopes along
   // and across the shift, in radians per pupil radius.
-  const double g_x = 8 * kPi * w_x * s_x, g_y = 8 * kPi * w_y * s_y;
+  const double g_x = 8 * std::numbers::pi * w_x * s_x, g_y = 8 * std::numbers::pi * w_y * s_y;
   const double along = (g_x * s_x + g_y * s_y) / s, across = (g_y * s_x - g_x * s_y) / s;
   // Place along the shift is sin(t) - s and half the width there cos(t), which takes the root out.
-  const double begin = std::asin(s), length = kPi / 2 - begin;
+  const double begin = std::asin(s), length = std::numbers::pi / 2 - begin;
   const int panels = 1 + static_cast<int>((std::abs(along) * (1 - s) + std::abs(across)) / 5);
   double sum = 0;
   for (int panel = 0; panel < panels; ++panel) {
@@ -68,7 +67,7 @@ double lens_transfer(double s_x, double s_y, double w_x, double w_y) {
       sum += half * rule.w[i] * value;
     }
   }
-  return 4 / kPi * sum;
+  return 4 / std::numbers::pi * sum;
 }
 
 OpticalTransfer::OpticalTransfer(const OpticsSpec& optics, int channel)
@@ -94,7 +93,8 @@ double OpticalTransfer::sharp(double f_x, double f_y, double defocus_um) const {
 }
 
 double OpticalTransfer::aperture(double f_x, double f_y) const {
-  return sinc(kPi * aperture_x_px_ * f_x) * sinc(kPi * aperture_y_px_ * f_y);
+  return sinc(std::numbers::pi * aperture_x_px_ * f_x) *
+         sinc(std::numbers::pi * aperture_y_px_ * f_y);
 }
 
 double OpticalTransfer::halo(double f_squared) const { return gaussian(halo_px_, f_squared); }
@@ -129,7 +129,8 @@ PsfGrid sample_psf(const OpticsSpec& optics, int channel, double defocus_um, int
     for (std::size_t i = 0; i <= half; ++i) {
       const double x = static_cast<double>(i) / samples_per_px;
       cosines[a * (half + 1) + i] =
-          (a == 0 ? 1.0 : 2.0) / period * std::cos(2 * kPi * static_cast<double>(a) / period * x);
+          (a == 0 ? 1.0 : 2.0) / period *
+          std::cos(2 * std::numbers::pi * static_cast<double>(a) / period * x);
     }
   }
   std::vector<double> quarter((half + 1) * (half + 1), 0.0), row(half + 1);

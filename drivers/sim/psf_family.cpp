@@ -11,7 +11,6 @@
 namespace reseau::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kWidestPx = 256;    // of the tail's Gaussians; the rest of the tail joins the last
 constexpr double kLeftOut = 1.5e-5;  // of a spread function, by truncating the sum
 constexpr double kCutOff = 1e-5;     // light beyond the reach of a component
@@ -26,7 +25,7 @@ double transfer_of(const std::vector<WideGaussian>& wide, double f_x, double f_y
   double sum = 0;
   for (const WideGaussian& g : wide) {
     const double a = g.sigma_x_px * f_x, b = g.sigma_y_px * f_y;
-    sum += g.amplitude * std::exp(-2 * kPi * kPi * (a * a + b * b));
+    sum += g.amplitude * std::exp(-2 * std::numbers::pi * std::numbers::pi * (a * a + b * b));
   }
   return sum;
 }
@@ -116,7 +115,7 @@ class Spectrum {
     for (int i = 0; i < n_places; ++i) {
       const double x = i / (steps_per_cell * grid_.per_px);
       for (int a = 0; a < n_; ++a) {
-        c(i, a) = weight(a) / importance(a) * std::cos(2 * kPi * a / period_px_ * x) /
+        c(i, a) = weight(a) / importance(a) * std::cos(2 * std::numbers::pi * a / period_px_ * x) /
                   (period_px_ * grid_.per_px);
       }
     }
@@ -126,7 +125,8 @@ class Spectrum {
  private:
   [[nodiscard]] double radial_transfer(const RadialLens& lens, double f_x, double f_y) const {
     const double f = std::hypot(f_x, f_y), core = transfer_.core_px() * f;
-    const double sharp = lens(f / transfer_.cutoff()) * std::exp(-2 * kPi * kPi * core * core);
+    const double sharp = lens(f / transfer_.cutoff()) *
+                         std::exp(-2 * std::numbers::pi * std::numbers::pi * core * core);
     const double h = transfer_.halo_fraction();
     const double mixed = h == 0 ? sharp : (1 - h) * sharp + h * transfer_.halo(f * f);
     return mixed * transfer_.aperture(f_x, f_y);
@@ -158,7 +158,7 @@ double taper(double cells, int reach) {
   constexpr double kBegin = 0.9;
   if (t <= kBegin) return 1;
   if (t >= 1) return 0;
-  const double c = std::cos(kPi / 2 * (t - kBegin) / (1 - kBegin));
+  const double c = std::cos(std::numbers::pi / 2 * (t - kBegin) / (1 - kBegin));
   return c * c;
 }
 
@@ -170,7 +170,8 @@ std::vector<WideGaussian> wide_gaussians(const OpticalTransfer& transfer) {
   if (transfer.has_lens()) {
     // The transfer begins as 1 - 4/pi |f| / cutoff; a mixture of Gaussians with density
     // mass(sigma) = c / sigma^2 has that cusp. Here in steps of sqrt 2.
-    const double c = 2 / (kPi * kPi * transfer.cutoff()) * std::sqrt(2 / kPi);
+    const double c = 2 / (std::numbers::pi * std::numbers::pi * transfer.cutoff()) *
+                     std::sqrt(2 / std::numbers::pi);
     const double step = std::log(2.0) / 2, ratio = 1 / std::numbers::sqrt2;
     for (double sigma = kWidePx; sigma <= kWidestPx * 1.001; sigma *= std::numbers::sqrt2) {
       double mass = (1 - transfer.halo_fraction()) * c / sigma * step;
@@ -187,9 +188,9 @@ std::vector<WideGaussian> wide_gaussians(const OpticalTransfer& transfer) {
 }
 
 double CellGrid::transfer(double f) const {
-  const double t = sinc(kPi * f / fine_per_px);
+  const double t = sinc(std::numbers::pi * f / fine_per_px);
   if (per_px == fine_per_px) return t;
-  const double c = std::cos(kPi * f / fine_per_px);
+  const double c = std::cos(std::numbers::pi * f / fine_per_px);
   return t * c * c * c;
 }
 

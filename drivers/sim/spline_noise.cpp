@@ -5,18 +5,9 @@
 #include <cmath>
 
 #include "drivers/sim/hash.h"
+#include "drivers/sim/spline_weights.h"
 
 namespace reseau::sim {
-namespace {
-
-std::array<double, 4> spline_weights(double f) {
-  const double g = 1 - f;
-  return {g * g * g / 6, (3 * f * f * f - 6 * f * f + 4) / 6, (3 * g * g * g - 6 * g * g + 4) / 6,
-          f * f * f / 6};
-}
-
-}  // namespace
-
 void SplineNoise::add_row(double y, double x0, float gain, std::span<float> out) const {
   const double ty = y / cell_px_;
   const auto iy = static_cast<std::int64_t>(std::floor(ty));

@@ -8,19 +8,19 @@
 namespace reseau::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kSideways = 1.0 / 3;  // of the lead screw's error
 
 // Errors of one lead screw: two incommensurate periods.
 double screw(double y) {
-  return 0.6 * std::sin(2 * kPi * y / 211.0 + 0.4) + 0.4 * std::sin(2 * kPi * y / 53.0 + 1.9);
+  return 0.6 * std::sin(2 * std::numbers::pi * y / 211.0 + 0.4) +
+         0.4 * std::sin(2 * std::numbers::pi * y / 53.0 + 1.9);
 }
 
 // Normal deviate of a key: Box and Muller's transform of two uniform numbers.
 double normal(std::uint64_t key) {
   const double u = (static_cast<double>(mix64(key, 0) >> 11) + 0.5) * 0x1.0p-53;
   const double v = static_cast<double>(mix64(key, 1) >> 11) * 0x1.0p-53;
-  return std::sqrt(-2 * std::log(u)) * std::cos(2 * kPi * v);
+  return std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v);
 }
 
 // A random walk of unit steps at whole numbers, W(0) = 0, by halving intervals of a Brownian
@@ -73,8 +73,8 @@ StageError Stage::error_at(double y) const {
   const double lead = spec_.wobble_px == 0 ? 0.0 : spec_.wobble_px * screw(y);
   StageError error{kSideways * lead, lead};
   if (spec_.wave_px != 0) {
-    const double wave =
-        spec_.wave_px * std::sin(2 * kPi * y / spec_.wave_lines + spec_.wave_phase_deg * kPi / 180);
+    const double wave = spec_.wave_px * std::sin(2 * std::numbers::pi * y / spec_.wave_lines +
+                                                 spec_.wave_phase_deg * std::numbers::pi / 180);
     error.y += wave;
     error.x += spec_.sideways * wave;
   }

@@ -11,10 +11,11 @@
 namespace reseau::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kMean = 0.5, kAmplitude = 0.45;
 
-double sinc(double x) { return std::abs(x) < 1e-9 ? 1.0 : std::sin(kPi * x) / (kPi * x); }
+double sinc(double x) {
+  return std::abs(x) < 1e-9 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x);
+}
 
 class FineScene : public Scene {
  public:
@@ -36,7 +37,7 @@ class ZoneScene final : public FineScene {
     const double across = sinc(per_px_ * dy * side_px);
     for (std::size_t i = 0; i < out.r.size(); ++i) {
       const double dx = x0 + static_cast<double>(i) * side_px - cx_;
-      const double phase = kPi * per_px_ * (dx * dx + dy * dy);
+      const double phase = std::numbers::pi * per_px_ * (dx * dx + dy * dy);
       const double wave = std::cos(phase) * across * sinc(per_px_ * dx * side_px);
       out.r[i] = out.g[i] = out.b[i] = static_cast<float>(kMean + kAmplitude * wave);
     }
@@ -67,7 +68,7 @@ class StarScene final : public FineScene {
     constexpr double kLargestCurvature = 0.02;  // [radian] that the phase leaves a plane
     const double r2 = dx * dx + dy * dy;
     if (spokes_ * side * side / 8 <= kLargestCurvature * r2) {
-      const double cy_per_px = spokes_ / (2 * kPi * r2);  // times r
+      const double cy_per_px = spokes_ / (2 * std::numbers::pi * r2);  // times r
       return std::cos(spokes_ * std::atan2(dy, dx)) * sinc(cy_per_px * dy * side) *
              sinc(cy_per_px * dx * side);
     }
@@ -104,8 +105,8 @@ class EdgesScene final : public FineScene {
       : field_w_(width_px / kColumns),
         field_h_(height_px / kRows),
         angle_deg_(angle_deg),
-        across_x_(std::cos(angle_deg * kPi / 180)),
-        across_y_(-std::sin(angle_deg * kPi / 180)) {}
+        across_x_(std::cos(angle_deg * std::numbers::pi / 180)),
+        across_y_(-std::sin(angle_deg * std::numbers::pi / 180)) {}
 
   void cells(double y, double x0, double side_px, const RgbRow& out) const override {
     const int field_row = std::clamp(static_cast<int>(std::floor(y / field_h_)), 0, kRows - 1);

@@ -22,6 +22,9 @@
 
 namespace reseau::sim {
 
+// Where autofocus ends, as a unit reported it.
+inline constexpr int kBestFocus = 209;
+
 // How a command goes on: with its status, with data from the host, or with data to it.
 struct CommandReply {
   enum class Next { kStatus, kDataOut, kDataIn };

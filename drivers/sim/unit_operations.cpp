@@ -7,9 +7,8 @@ namespace reseau::sim {
 namespace {
 
 constexpr std::uint8_t kOpFilmIn = 0xd1;
-// Focus positions as a unit reported them after loading film and after autofocus.
+// Focus position as a unit reported it after loading film.
 constexpr int kFocusAfterLoading = 192;
-constexpr int kBestFocus = 209;
 
 }  // namespace
 

@@ -12,7 +12,6 @@
 namespace reseau::sim {
 namespace {
 
-constexpr int kBestFocus = 209;
 // Blur of a step away from the best focus, added in quadrature [px].
 constexpr double kBlurPerFocusStep = 0.015;
 // The same for a lens: at f/8 it widens the blur disc as much.

@@ -11,7 +11,6 @@
 namespace reseau::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kBandPx = 64;
 constexpr double kEdgePx = 0.7;    // softness of dust and scratches
 constexpr double kBesidePx = 160;  // film beside and before the frames that dust falls on
@@ -77,7 +76,7 @@ void Damage::throw_lots(const FilmSpec& spec) {
     Lots lots(dust_key, k);
     Mark mark{Kind::kDust, 0, 0, 0, 0, 0, 0, 0};
     place(lots, mark);
-    mark.angle = lots.between(0, kPi);
+    mark.angle = lots.between(0, std::numbers::pi);
     mark.strength = lots.between(0.6, 0.98);
     const double size = spec_.dust_um / um * std::exp(lots.between(-1.0, 0.7));
     if (lots.between(0, 1) < 0.15) {

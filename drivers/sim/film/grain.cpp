@@ -8,15 +8,10 @@
 #include <cstddef>
 
 #include "drivers/sim/hash.h"
+#include "drivers/sim/spline_weights.h"
 
 namespace reseau::sim {
 namespace {
-
-std::array<double, 4> spline_weights(double f) {
-  const double g = 1 - f;
-  return {g * g * g / 6, (3 * f * f * f - 6 * f * f + 4) / 6, (3 * g * g * g - 6 * g * g + 4) / 6,
-          f * f * f / 6};
-}
 
 // Sum of four uniform numbers, of unit variance.
 float normal(std::uint64_t bits) {

@@ -5,9 +5,7 @@
 #include <numbers>
 
 namespace reseau::sim {
-namespace {
-constexpr double kPi = std::numbers::pi;
-}  // namespace
+namespace {}  // namespace
 
 PlacedScreen::PlacedScreen(const FilmSpec& spec)
     : spec_(spec.screen),
@@ -18,12 +16,12 @@ PlacedScreen::PlacedScreen(const FilmSpec& spec)
       centre_y_((spec.frame.height_px - 1) / 2.0),
       half_width_(spec.frame.width_px / 2.0),
       half_height_(spec.frame.height_px / 2.0),
-      wave_x_(2 * kPi / spec.frame.width_px),
-      wave_y_(2 * kPi / spec.frame.height_px),
+      wave_x_(2 * std::numbers::pi / spec.frame.width_px),
+      wave_y_(2 * std::numbers::pi / spec.frame.height_px),
       curl_px_(spec.deform.curl_um / spec.frame.pixel_um) {
   // Lattice vectors [px]: one green to the next along a red line, one red line to the next.
-  const double along = spec_.angle_deg * kPi / 180;
-  const double across = (spec_.angle_deg - spec_.axes_deg) * kPi / 180;
+  const double along = spec_.angle_deg * std::numbers::pi / 180;
+  const double across = (spec_.angle_deg - spec_.axes_deg) * std::numbers::pi / 180;
   const double length_u = spec_.period_u_um / spec.frame.pixel_um;
   const double length_v = spec_.period_v_um / spec.frame.pixel_um;
   const FilmPoint a{length_u * std::sin(along), length_u * std::cos(along)};
@@ -73,7 +71,7 @@ ScreenPoint PlacedScreen::screen_from_film(FilmPoint p) const {
     p = {p.x + spec_.bend_px * d.x, p.y + spec_.bend_px * d.y};
   }
   if (deform_.warp_px != 0) {
-    const double radian_per_px = 2 * kPi / deform_.warp_length_px;
+    const double radian_per_px = 2 * std::numbers::pi / deform_.warp_length_px;
     p.x += deform_.warp_px * std::sin(radian_per_px * (0.8 * at.x + 0.6 * at.y));
     p.y += deform_.warp_px * std::cos(radian_per_px * (-0.6 * at.x + 0.8 * at.y));
   }
@@ -98,7 +96,7 @@ double PlacedScreen::height_um(double x) const {
 
 double PlacedScreen::largest_curvature() const {
   const double bend = 0.97 * std::max(wave_x_, wave_y_);  // 0.4 and 0.9 in quadrature
-  const double warp = 2 * kPi / deform_.warp_length_px;
+  const double warp = 2 * std::numbers::pi / deform_.warp_length_px;
   const double smaller = std::min(half_width_, half_height_);
   const double perspective =
       4 * (std::abs(deform_.perspective_x) + std::abs(deform_.perspective_y)) / smaller;
@@ -109,7 +107,7 @@ double PlacedScreen::largest_curvature() const {
 
 double PlacedScreen::largest_strain() const {
   const double bend = 0.97 * std::max(wave_x_, wave_y_);
-  const double warp = 2 * kPi / deform_.warp_length_px;
+  const double warp = 2 * std::numbers::pi / deform_.warp_length_px;
   return std::abs(spec_.bend_px) * bend + std::abs(deform_.warp_px) * warp +
          2 * (std::abs(deform_.perspective_x) + std::abs(deform_.perspective_y)) +
          3 * std::abs(deform_.radial);
