@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "drivers/coolscan/metering_pass.h"
 #include "drivers/coolscan/models.h"
+#include "drivers/coolscan/window.h"
 #include "drivers/utc_time.h"
 
 namespace reseau::coolscan {

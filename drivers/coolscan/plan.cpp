@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "drivers/coolscan/window.h"
 
 namespace reseau::coolscan {
 namespace {
