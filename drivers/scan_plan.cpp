@@ -26,7 +26,7 @@ std::string focus_text(const ScanPlan& plan) {
 
 std::string exposure_text(const ExposureRequest& exposure) {
   if (exposure.mode == ExposureRequest::Mode::kMeter) {
-    return "meter, times " + number(exposure.factor);
+    return "meter, times " + number(exposure.factor) + (exposure.lock ? "" : ", not locked");
   }
   std::string text = "fixed";
   for (const auto& us : exposure.exposure_us)
@@ -48,14 +48,20 @@ std::string channels_text(const LineFormat& format) {
 
 std::string ScanPlan::describe() const {
   const auto n = [](int value) { return std::to_string(value); };
+  std::string special;
+  if (frame_offset_px != 0) special += "frame moved by: " + n(frame_offset_px) + " optical px\n";
+  if (samples != 1) special += "samples: " + n(samples) + " per line\n";
+  if (sensor_lines != 1) special += "sensor lines: " + n(sensor_lines) + "\n";
+  if (overview) special += "overview: yes\n";
   return "resolution: " + n(resolution_dpi) + " dpi, pitch " + n(pitch) + "\n" + "window: x " +
          n(x_origin_px) + " y " + n(y_origin_px) + " width " + n(window_width_px) + " height " +
          n(window_height_px) + " optical px, frame " + n(frame) + "\n" + "crop: left " +
          n(crop_left_px) + " px\n" + "depth: " + n(depth_bits) + " bits\n" +
          "infrared: " + (infrared ? "yes" : "no") + "\n" + "focus: " + focus_text(*this) + "\n" +
-         "exposure: " + exposure_text(exposure) + "\n" + "lines: " + n(format.n_lines) + " of " +
-         n(format.width_px) + " px, " + channels_text(format) + ", " + n(format.significant_bits) +
-         " significant bits, " + number(format.x_dpi) + " x " + number(format.y_dpi) + " dpi\n";
+         "exposure: " + exposure_text(exposure) + "\n" + special + "lines: " + n(format.n_lines) +
+         " of " + n(format.width_px) + " px, " + channels_text(format) + ", " +
+         n(format.significant_bits) + " significant bits, " + number(format.x_dpi) + " x " +
+         number(format.y_dpi) + " dpi\n";
 }
 
 }  // namespace reseau

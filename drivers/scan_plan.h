@@ -30,8 +30,18 @@ struct ExposureRequest {
   enum class Mode { kMeter, kFixed };
   Mode mode = Mode::kMeter;
   double factor = 1.0;  // kMeter: multiplies the metered exposures
+  // kMeter: red, green and blue keep the ratios of the unit's own white balance. Otherwise each
+  // channel is metered by itself, as for colour negatives. Infrared always is.
+  bool lock = true;
   // kFixed: red, green, blue, infrared [us]; absent = the unit's own white balance.
   std::array<std::optional<double>, 4> exposure_us;
+};
+
+// Which lines of a sensor that has several take part.
+enum class SensorLines {
+  kAuto,  // all of them where that is faster and loses nothing
+  kOne,   // one: slower, no difference between neighbouring lines ("super fine")
+  kAll
 };
 
 struct ScanRequest {
@@ -42,6 +52,12 @@ struct ScanRequest {
   FocusRequest focus;
   ExposureRequest exposure;
   int frame = 1;
+  double frame_offset_mm = 0;  // moves this frame along the film, against where the unit has it
+  int samples = 1;             // readings of each line, averaged
+  SensorLines sensor_lines = SensorLines::kAuto;
+  // A quick, coarse picture of the whole strip, or of the whole holder, without infrared. Area and
+  // frame are not looked at; the unit then knows where the frames are.
+  bool overview = false;
 };
 
 // One field that was granted otherwise than asked.
@@ -66,6 +82,10 @@ struct ScanPlan {
   int frame = 1;
   int focus_x_px = 0, focus_y_px = 0;  // kAuto: optical px
   LineFormat format;                   // what read() will deliver
+  int frame_offset_px = 0;             // of the frame, along the film; in y_origin_px already
+  int samples = 1;                     // readings per line
+  int sensor_lines = 1;                // lines of the sensor that take part
+  bool overview = false;
 
   // Several lines of text that name every field, for golden tests and logs.
   [[nodiscard]] std::string describe() const;

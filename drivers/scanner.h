@@ -19,6 +19,12 @@
 
 namespace reseau {
 
+// Where one frame lies on the film or in the holder.
+struct FramePlace {
+  double top_mm = 0, height_mm = 0;  // from where an overview begins
+  bool found = false;                // on the film itself; otherwise the adapter's raster
+};
+
 struct Capabilities {
   std::string make, model, firmware, serial, adapter, link;
   bool film_present = false;
@@ -30,6 +36,10 @@ struct Capabilities {
   int focus_min = 0, focus_max = 0;
   int n_frames = 1;
   double exposure_min_us = 0, exposure_max_us = 0;
+  int max_samples = 1;             // readings of a line
+  int sensor_lines = 1;            // that one pass can use
+  std::vector<FramePlace> frames;  // n_frames of them, or none where the unit does not say
+  bool can_overview = false, can_eject = false, can_load = false, can_move_frames = false;
 };
 
 enum class ScanPhase { kWarmUp, kLoad, kFocus, kMeter, kScan };
@@ -63,6 +73,10 @@ class Scanner {
   [[nodiscard]] virtual ReadStatus read(LineBlock& block, Duration timeout) = 0;
   // Ends a scan wherever it stands and leaves the unit usable. Idempotent; never throws.
   virtual void stop() noexcept = 0;
+  // Film out, film in. Block until it is done. Throw DeviceError, or InputError where the adapter
+  // has no such motion. Never while a scan is open.
+  virtual void eject(ScanObserver& observer);
+  virtual void load(ScanObserver& observer);
 };
 
 }  // namespace reseau

@@ -54,6 +54,7 @@ ExposureRequest exposure_from_json(const json& object) {
     throw InputError("unknown exposure mode " + mode);
   }
   exposure.factor = object.value("factor", 1.0);
+  exposure.lock = object.value("lock", true);
   for (std::size_t i = 0; i < kExposureNames.size(); ++i) {
     exposure.exposure_us[i] =
         get_optional<double>(object, fmt::format("{}_us", kExposureNames[i]).c_str());
@@ -74,6 +75,13 @@ ScanRequest request_from_json(const json& object) {
   request.focus = focus_from_json(object.value("focus", json::object()));
   request.exposure = exposure_from_json(object.value("exposure", json::object()));
   request.frame = object.value("frame", 1);
+  request.frame_offset_mm = object.value("frame_offset_mm", 0.0);
+  request.samples = object.value("samples", 1);
+  const int lines = object.value("sensor_lines", 0);
+  request.sensor_lines = lines == 0   ? SensorLines::kAuto
+                         : lines == 1 ? SensorLines::kOne
+                                      : SensorLines::kAll;
+  request.overview = object.value("overview", false);
   return request;
 }
 
@@ -107,6 +115,14 @@ ordered_json request_to_json(const ScanRequest& request) {
   }
   object["exposure"] = exposure;
   object["frame"] = request.frame;
+  // Named only where asked for, so that recordings of plain scans stay as they were.
+  if (!request.exposure.lock) object["exposure"]["lock"] = false;
+  if (request.frame_offset_mm != 0) object["frame_offset_mm"] = request.frame_offset_mm;
+  if (request.samples != 1) object["samples"] = request.samples;
+  if (request.sensor_lines != SensorLines::kAuto) {
+    object["sensor_lines"] = static_cast<int>(request.sensor_lines);
+  }
+  if (request.overview) object["overview"] = true;
   return object;
 }
 
