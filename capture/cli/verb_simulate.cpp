@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
@@ -23,7 +25,7 @@ namespace {
 struct SimulateArguments {
   std::vector<std::string> keys, settings;
   std::optional<std::uint64_t> seed;
-  std::string film, scene, output, truth;
+  std::string film, scene, screen, image, output, truth;
   // Text, so that the check and the sentence are those of the settings.
   std::string width, height, angle, blur, noise;
 };
@@ -46,9 +48,9 @@ sim::SimSpec spec_of(const SimulateArguments& options) {
   }
   for (const std::string& pair : options.settings) add(pair);
   const std::pair<const char*, const std::string&> direct[] = {
-      {"film", options.film},        {"scene", options.scene}, {"width_px", options.width},
-      {"height_px", options.height}, {"angle", options.angle}, {"blur_px", options.blur},
-      {"noise", options.noise}};
+      {"film", options.film},   {"scene", options.scene},    {"screen", options.screen},
+      {"image", options.image}, {"width_px", options.width}, {"height_px", options.height},
+      {"angle", options.angle}, {"blur_px", options.blur},   {"noise", options.noise}};
   for (const auto& [key, value] : direct) {
     if (value.find('&') != std::string::npos) {
       throw InputError(
@@ -57,44 +59,55 @@ sim::SimSpec spec_of(const SimulateArguments& options) {
     if (!value.empty()) add(fmt::format("{}={}", key, value == "chart24" ? "chart" : value));
   }
   if (options.seed) add(fmt::format("seed={}", *options.seed));
-  return sim::parse_sim_spec(name);
+  return sim::parse_sim_spec(name, sim::ScenePicture::kLater);
 }
 
-void write_scan(const sim::SimulatedScan& scan, const std::filesystem::path& path, Work& work) {
-  constexpr int kLinesAtOnce = 64;
+// Part of a simulated film is of no use: unlike a scan it can be had again.
+void discard(MasterWriter& writer, ScanEnd end) {
+  writer.end(end);
+  std::error_code left;
+  if (!writer.result().path.empty()) std::filesystem::remove(writer.result().path, left);
+}
+
+// Rendered and written a band of lines at a time. False when it was stopped; then there is no file.
+bool write_scan(const sim::WindowRender& render, const std::filesystem::path& path, Work& work) {
   MasterOptions options;
   options.path = path;
   MasterWriter writer(options);
   CaptureContext context;
   context.device_name = "sim";
   context.model = "simulated film";
-  writer.begin(scan.format, context);
-  const int n_lines = scan.format.n_lines;
+  writer.begin(render.format(), context);
+  const int n_lines = render.format().n_lines;
   LineBlock block;
-  block.width_px = scan.format.width_px;
-  block.n_channels = scan.format.n_channels();
-  const std::size_t per_line = scan.format.samples_per_line();
-  const std::span<const std::uint16_t> all(scan.samples);
-  work.reporter.phase("write", path.string());
+  block.width_px = render.format().width_px;
+  block.n_channels = render.format().n_channels();
+  const std::size_t per_line = render.format().samples_per_line();
+  work.reporter.phase("render", path.string());
   try {
-    for (int y = 0; y < n_lines; y += kLinesAtOnce) {
+    for (int y = 0; y < n_lines; y += sim::WindowRender::kBandLines) {
       block.first_line = y;
-      block.n_lines = std::min(kLinesAtOnce, n_lines - y);
-      const auto part = all.subspan(static_cast<std::size_t>(y) * per_line,
-                                    static_cast<std::size_t>(block.n_lines) * per_line);
-      block.samples.assign(part.begin(), part.end());
+      block.n_lines = std::min(sim::WindowRender::kBandLines, n_lines - y);
+      block.samples.resize(static_cast<std::size_t>(block.n_lines) * per_line);
+      render.lines(y, block.n_lines, block.samples);
       writer.lines(block);
+      work.reporter.progress("render", {double(y + block.n_lines) / n_lines, 1, "", 0});
+      if (work.signals.stop().stop_requested()) {
+        discard(writer, ScanEnd::kCancelled);
+        return false;
+      }
     }
   } catch (...) {
-    writer.end(ScanEnd::kFailed);
+    discard(writer, ScanEnd::kFailed);
     throw;
   }
   writer.end(ScanEnd::kComplete);
   if (writer.result().error) std::rethrow_exception(writer.result().error);
+  return true;
 }
 
 // Picture, elements, spread functions, then the parameters that tell of them.
-void write_truth(const sim::SimSpec& spec, const sim::SimulatedScan& scan,
+void write_truth(const sim::SimSpec& spec, const simulate::KnownScan& scan,
                  const std::string& scan_name, const simulate::TruthNames& names, Work& work) {
   work.reporter.phase("truth", names.picture.string());
   const bool whole = simulate::write_truth_picture(scan, names.picture, [&work](double fraction) {
@@ -116,7 +129,7 @@ void write_truth(const sim::SimSpec& spec, const sim::SimulatedScan& scan,
 }
 
 ExitCode run_simulate(const SimulateArguments& options, Work& work) {
-  const sim::SimSpec spec = as_failure(Doing::kReadingOptions, [&] { return spec_of(options); });
+  sim::SimSpec spec = as_failure(Doing::kReadingOptions, [&] { return spec_of(options); });
   const simulate::TruthNames names = simulate::truth_names(options.truth);
   std::vector<std::filesystem::path> files{options.output};
   if (!options.truth.empty()) {
@@ -130,17 +143,19 @@ ExitCode run_simulate(const SimulateArguments& options, Work& work) {
     const auto parent = file.parent_path();
     if (!parent.empty()) prepare_directory(parent);
   }
+  as_failure(spec.film.picture.empty() ? Doing::kReadingOptions : Doing::kReadingInput,
+             [&] { sim::load_picture(spec.film); });
   work.reporter.say(fmt::format("{} × {} px, seed {}, to {}", spec.film.frame.width_px,
                                 spec.film.frame.height_px, spec.film.seed, options.output));
-  work.reporter.phase("render", "");
-  const sim::SimulatedScan scan =
-      as_failure(Doing::kReadingOptions, [&] { return sim::simulate_frame(spec); });
-  if (work.signals.count() == 0) {
-    as_failure(Doing::kWriting, [&] {
-      write_scan(scan, options.output, work);
-      if (!options.truth.empty()) write_truth(spec, scan, options.output, names, work);
-    });
-  }
+  const sim::ScanWindow window = sim::frame_window(spec);
+  const sim::WindowRender render =
+      as_failure(Doing::kReadingOptions, [&] { return sim::WindowRender(spec, window); });
+  as_failure(Doing::kWriting, [&] {
+    if (write_scan(render, options.output, work) && !options.truth.empty()) {
+      write_truth(spec, {render.format(), sim::truth_of(spec, window)}, options.output, names,
+                  work);
+    }
+  });
   if (work.signals.count() > 0) {
     work.reporter.warning("Stopped.");
     return kExitCancelled;
@@ -177,8 +192,10 @@ void add_simulate(Program& program) {
   app->add_option("KEY=VALUE", options->keys, "Settings of film, optics, stage and sensor");
   app->add_option("--set", options->settings, "One more setting, KEY=VALUE")
       ->allow_extra_args(false);
-  app->add_option("--film", options->film, "dufay (default), none or empty");
-  app->add_option("--scene", options->scene, "What the camera saw; chart24 is the chart");
+  app->add_option("--film", options->film, "dufay (default), another screen, none or empty");
+  app->add_option("--screen", options->screen, "The réseau: dufay, paget, joly …");
+  app->add_option("--scene", options->scene, "What the camera saw: chart24 …, or an image file");
+  app->add_option("--image", options->image, "An image file that the camera saw");
   app->add_option("--width", options->width, "Pixels of the frame across");
   app->add_option("--height", options->height, "Pixels of the frame down");
   app->add_option("--angle", options->angle, "Of the red lines from the y axis [degree]");

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "capture/image/exr_file.h"
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 #include "core/color/element_color.h"
 
 namespace reseau::simulate {
@@ -54,36 +57,76 @@ TruthNames truth_names(const std::filesystem::path& picture) {
   return {picture, with(".json"), with(".elements.exr"), with(".psf.exr")};
 }
 
-bool write_truth_picture(const sim::SimulatedScan& scan, const std::filesystem::path& path,
-                         const std::function<bool(double)>& keep_going) {
-  const bool screen = scan.truth.has_screen();
-  std::vector<std::string> channels{"R", "G", "B"};
-  if (screen) channels.insert(channels.end(), {"u", "v"});
-  const int width = scan.format.width_px;
-  const int height = scan.format.n_lines;
-  FloatImageWriter writer(path, width, height, channels, truth_options());
-  const auto n = static_cast<std::size_t>(width);
-  std::vector<float> red(n), green(n), blue(n), row;
-  std::vector<sim::ScreenPoint> points(n);
-  for (int y = 0; y < height; ++y) {
-    scan.truth.process_row(y, {red, green, blue});
-    if (screen) scan.truth.screen_row(y, points);
-    row.clear();
-    for (std::size_t x = 0; x < n; ++x) {
-      row.insert(row.end(), {red[x], green[x], blue[x]});
-      if (!screen) continue;
-      row.push_back(static_cast<float>(points[x].u));
-      row.push_back(static_cast<float>(points[x].v));
+namespace {
+
+// The layers of one line, side by side as pixels.
+class TruthLine {
+ public:
+  explicit TruthLine(const KnownScan& scan)
+      : truth_(scan.truth), width_(static_cast<std::size_t>(scan.format.width_px)) {
+    channels_ = {"R", "G", "B", "IR"};
+    if (truth_.has_screen()) channels_.insert(channels_.end(), {"u", "v"});
+    if (truth_.scene_differs()) {
+      channels_.insert(channels_.end(), {"scene.R", "scene.G", "scene.B"});
     }
-    writer.rows(y, 1, row);
-    if (!keep_going(double(y + 1) / height)) return false;
+    if (truth_.has_harm()) channels_.emplace_back("harm");
+  }
+  [[nodiscard]] const std::vector<std::string>& channels() const { return channels_; }
+  [[nodiscard]] std::size_t size() const { return width_ * channels_.size(); }
+
+  void fill(int y, std::span<float> out) const {
+    std::vector<std::vector<float>> layers(channels_.size(), std::vector<float>(width_));
+    truth_.process_row(y, {layers[0], layers[1], layers[2]});
+    truth_.silver_row(y, layers[3]);
+    std::size_t next = 4;
+    if (truth_.has_screen()) {
+      std::vector<sim::ScreenPoint> points(width_);
+      truth_.screen_row(y, points);
+      for (std::size_t x = 0; x < width_; ++x) {
+        layers[next][x] = static_cast<float>(points[x].u);
+        layers[next + 1][x] = static_cast<float>(points[x].v);
+      }
+      next += 2;
+    }
+    if (truth_.scene_differs()) {
+      truth_.scene_row(y, {layers[next], layers[next + 1], layers[next + 2]});
+      next += 3;
+    }
+    if (truth_.has_harm()) truth_.harm_row(y, layers[next]);
+    for (std::size_t c = 0; c < layers.size(); ++c) {
+      for (std::size_t x = 0; x < width_; ++x) out[x * layers.size() + c] = layers[c][x];
+    }
+  }
+
+ private:
+  const sim::FilmTruth& truth_;
+  std::size_t width_;
+  std::vector<std::string> channels_;
+};
+
+}  // namespace
+
+bool write_truth_picture(const KnownScan& scan, const std::filesystem::path& path,
+                         const std::function<bool(double)>& keep_going) {
+  constexpr int kLinesAtOnce = 32;
+  const TruthLine line(scan);
+  const int height = scan.format.n_lines;
+  FloatImageWriter writer(path, scan.format.width_px, height, line.channels(), truth_options());
+  std::vector<float> rows(line.size() * kLinesAtOnce);
+  for (int first = 0; first < height; first += kLinesAtOnce) {
+    const int n = std::min(kLinesAtOnce, height - first);
+    parallel_for(n, [&](int k) {
+      line.fill(first + k,
+                std::span(rows).subspan(line.size() * static_cast<std::size_t>(k), line.size()));
+    });
+    writer.rows(first, n, std::span(rows).first(line.size() * static_cast<std::size_t>(n)));
+    if (!keep_going(double(first + n) / height)) return false;
   }
   writer.finish();
   return true;
 }
 
-FirstPeriod write_element_samples(const sim::SimulatedScan& scan,
-                                  const std::filesystem::path& path) {
+FirstPeriod write_element_samples(const KnownScan& scan, const std::filesystem::path& path) {
   const sim::FilmTruth& truth = scan.truth;
   const double right = scan.format.width_px - 1, bottom = scan.format.n_lines - 1;
   double low_u = HUGE_VAL, low_v = HUGE_VAL, high_u = -HUGE_VAL, high_v = -HUGE_VAL;

@@ -16,6 +16,10 @@ Json film_json(const sim::FilmSpec& f) {
   const sim::ScreenSpec& s = f.screen;
   return {{"film", kKinds[static_cast<std::size_t>(f.kind)]},
           {"scene", kScenes[static_cast<std::size_t>(f.scene)]},
+          {"picture", f.picture},
+          {"screen", f.kind == sim::FilmKind::kDufay
+                         ? Json(screen_names()[static_cast<std::size_t>(s.kind)].name)
+                         : Json(nullptr)},
           {"width_px", f.frame.width_px},
           {"height_px", f.frame.height_px},
           {"frames", f.frame.n_frames},
@@ -143,7 +147,7 @@ Json psf_json(const sim::FrameSpec& frame) {
 
 }  // namespace
 
-nlohmann::ordered_json truth_to_json(const sim::SimSpec& spec, const sim::SimulatedScan& scan) {
+nlohmann::ordered_json truth_to_json(const sim::SimSpec& spec, const KnownScan& scan) {
   const sim::NoiseModel noise = sim::noise_model(spec.sensor, 1);
   Json object = {{"schema", "reseau-truth/1"},
                  {"seed", spec.film.seed},
@@ -167,6 +171,14 @@ nlohmann::ordered_json truth_to_json(const sim::SimSpec& spec, const sim::Simula
                         {"lattice_cy_per_px", {{g.u_x, g.u_y}, {g.v_x, g.v_y}}},
                         {"area_fractions", scan.truth.area_fractions()}};
   }
+  // How far the samples are from the limit of ever finer cells, bare light = 1.
+  const sim::RenderError error =
+      sim::estimate_error(sim::make_film(spec.film), spec.optics, sim::frame_window(spec),
+                          sim::geometry_of(spec, spec.sensor));
+  object["integration"] = {{"cells_per_px", error.cells_per_px},
+                           {"estimated_rms_error", error.rms},
+                           {"estimated_largest_error", error.largest},
+                           {"samples", error.n_samples}};
   Json patches = Json::array();
   for (const sim::Patch& p : scan.truth.patches()) {
     patches.push_back({{"x0", p.x0}, {"y0", p.y0}, {"x1", p.x1}, {"y1", p.y1}, {"rgb", p.rgb}});

@@ -23,13 +23,19 @@ class CellSource {
   void read(std::int64_t j, const std::array<std::span<float>, kChannels>& out);
 
  private:
-  const CellRow& fine(std::int64_t k);
+  // Rows of one size of cells, the latest four of them; each level joins pairs of the one before.
+  struct Level {
+    int per_px = 0;
+    std::array<CellRow, 4> rows;
+    std::array<std::int64_t, 4> index{INT64_MIN, INT64_MIN, INT64_MIN, INT64_MIN};
+  };
+  const CellRow& row(std::size_t level, std::int64_t k);
+  void join(std::size_t level, std::int64_t k, CellRow& to);
 
   std::shared_ptr<const Film> film_;
   CellGrid grid_;
   int first_px_, n_px_;
-  std::array<CellRow, 4> rows_;
-  std::array<std::int64_t, 4> row_index_{INT64_MIN, INT64_MIN, INT64_MIN, INT64_MIN};
+  std::vector<Level> levels_;
   std::vector<float> joined_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "core/base/check.h"
 #include "drivers/sim/edge_ramp.h"
+#include "drivers/sim/film/edge_directions.h"
 
 namespace reseau::sim {
 namespace {
@@ -86,14 +87,16 @@ class CellPattern {
 }  // namespace
 
 DufayFilm::DufayFilm(const FilmSpec& spec)
-    : strip_(spec), screen_(spec), response_(element_response(spec.dyes.fade)) {}
+    : strip_(spec),
+      screen_(spec),
+      response_(element_response(spec.dyes.fade)),
+      edges_off_axes_deg_(sim::edges_off_axes_deg(spec)) {}
 
 bool DufayFilm::can_render(const FilmSpec& spec) {
   const PrintSpec& print = spec.print;
   const DamageSpec& harm = spec.damage;
   constexpr double kStraightPx = 2e-3;  // that the réseau may leave a line within a block
-  return spec.kind == FilmKind::kDufay && spec.screen.kind == ScreenKind::kDufay &&
-         !spec.general_path &&
+  return spec.kind == FilmKind::kDufay && is_dufaycolor(spec.screen.kind) && !spec.general_path &&
          (spec.scene == SceneKind::kChart || spec.scene == SceneKind::kNatural) &&
          PlacedScreen(spec).largest_curvature() * kBlockPx * kBlockPx / 8 < kStraightPx &&
          spec.dyes.source == DyeSource::kMeasured && spec.dyes.infrared_leak == 0 &&

@@ -12,6 +12,7 @@ class DufayFilm final : public Film {
  public:
   explicit DufayFilm(const FilmSpec& spec);
   [[nodiscard]] Extent extent() const override { return strip_.extent(); }
+  [[nodiscard]] double edges_off_axes_deg() const override { return edges_off_axes_deg_; }
   void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const override;
 
   [[nodiscard]] double height_um(double x, double /*y*/) const override {
@@ -25,6 +26,7 @@ class DufayFilm final : public Film {
   FilmStrip strip_;
   PlacedScreen screen_;
   ElementResponse response_;
+  double edges_off_axes_deg_;
 };
 
 }  // namespace reseau::sim

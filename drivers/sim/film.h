@@ -55,6 +55,10 @@ class Film {
     int begin_px, end_px;
   };
   virtual ~Film() = default;
+  // Smallest angle between the film's straight edges and the axes of the scan [degree]: cells have
+  // to be smaller the longer an edge runs along their borders. The default is a film without edges.
+  static constexpr double kNoEdgesDeg = 45;
+  [[nodiscard]] virtual double edges_off_axes_deg() const { return kNoEdgesDeg; }
   [[nodiscard]] virtual Extent extent() const = 0;
   // Fills a row of cells whose centres lie at height y. first_px and n_px are multiples of
   // kBlockPx; the row may reach outside the film, where bare light gives 1.

@@ -1,4 +1,11 @@
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <system_error>
+
 #include "core/base/error.h"
+#include "drivers/sim/film/picture_file.h"
+#include "drivers/sim/film/screen_of.h"
 #include "drivers/sim/sim_key.h"
 
 namespace reseau::sim {
@@ -6,10 +13,41 @@ namespace {
 
 int as_int(double v) { return static_cast<int>(v); }
 
-template <ScreenKind kKind>
-void set_screen(SimSpec& s) {
-  set_screen_kind(s.film.screen, kKind);
+// "spicer_dufay_blue" of "spicer-dufay-blue"; the short names of before stay the words.
+std::string_view word_of(const ScreenName& screen) {
+  static const std::vector<std::string> words = [] {
+    std::vector<std::string> all;
+    for (const ScreenName& s : screen_names()) {
+      std::string word(s.name);
+      std::ranges::replace(word, '-', '_');
+      if (word.starts_with("dufaycolor")) word.erase(5, 5);
+      if (word.ends_with("dioptichrome_b")) word.resize(word.size() - 2);
+      all.push_back(word);
+    }
+    return all;
+  }();
+  return words[static_cast<std::size_t>(screen.kind)];
 }
+
+// The screens as words that set them, and their full names.
+WordKey with_screens(WordKey key, const std::function<void(SimSpec&, ScreenKind)>& set) {
+  static const std::vector<std::string> full_names = [] {
+    std::vector<std::string> all;
+    for (const ScreenName& s : screen_names()) {
+      all.emplace_back(s.name);
+      std::ranges::replace(all.back(), '-', '_');
+    }
+    return all;
+  }();
+  for (const ScreenName& screen : screen_names()) {
+    const std::string_view word = word_of(screen);
+    key.words.try_emplace(word, [set, kind = screen.kind](SimSpec& s) { set(s, kind); });
+    const std::string& full = full_names[static_cast<std::size_t>(screen.kind)];
+    if (full != word) key.also.try_emplace(full, word);
+  }
+  return key;
+}
+
 template <DyeSource kSource>
 void set_dyes(SimSpec& s) {
   s.film.dyes.source = kSource;
@@ -19,11 +57,16 @@ void set_dyes(SimSpec& s) {
 
 const std::vector<WordKey>& film_word_keys() {
   static const std::vector<WordKey> keys{
-      {"film",
-       {{"dufay", [](SimSpec& s) { s.film.kind = FilmKind::kDufay; }},
-        {"none", [](SimSpec& s) { s.film.kind = FilmKind::kPlain; }},
-        {"empty", [](SimSpec& s) { s.film.kind = FilmKind::kEmpty; }}},
-       "Dufaycolor, a silver picture without a réseau, or no film"},
+      with_screens({"film",
+                    {{"dufay", [](SimSpec& s) { s.film.kind = FilmKind::kDufay; }},
+                     {"none", [](SimSpec& s) { s.film.kind = FilmKind::kPlain; }},
+                     {"empty", [](SimSpec& s) { s.film.kind = FilmKind::kEmpty; }}},
+                    "a film with the named screen, a silver picture without a réseau, or no film",
+                    {}},
+                   [](SimSpec& s, ScreenKind kind) {
+                     s.film.kind = FilmKind::kDufay;
+                     set_screen_kind(s.film.screen, kind);
+                   }),
       {"scene",
        {{"chart", [](SimSpec& s) { s.film.scene = SceneKind::kChart; }},
         {"chart24", [](SimSpec& s) { s.film.scene = SceneKind::kChart; }},
@@ -33,20 +76,9 @@ const std::vector<WordKey>& film_word_keys() {
         {"star", [](SimSpec& s) { s.film.scene = SceneKind::kStar; }},
         {"sweep", [](SimSpec& s) { s.film.scene = SceneKind::kSweep; }},
         {"zone", [](SimSpec& s) { s.film.scene = SceneKind::kZone; }}},
-       "what the camera saw"},
-      {"screen",
-       {{"dioptichrome", set_screen<ScreenKind::kDioptichrome>},
-        {"dufay", set_screen<ScreenKind::kDufay>},
-        {"finlay", set_screen<ScreenKind::kFinlay>},
-        {"improved_dioptichrome", set_screen<ScreenKind::kImprovedDioptichrome>},
-        {"joly", set_screen<ScreenKind::kJoly>},
-        {"omnicolore", set_screen<ScreenKind::kOmnicolore>},
-        {"paget", set_screen<ScreenKind::kPaget>},
-        {"spicer_dufay_blue", set_screen<ScreenKind::kSpicerDufayBlue>},
-        {"spicer_dufay_green", set_screen<ScreenKind::kSpicerDufayGreen>},
-        {"thames", set_screen<ScreenKind::kThames>},
-        {"warner_powrie", set_screen<ScreenKind::kWarnerPowrie>}},
-       "the réseau of film=dufay, with its usual periods and fractions"},
+       "what the camera saw; or the name of an image file"},
+      with_screens({"screen", {}, "the réseau, with its usual periods and fractions"},
+                   [](SimSpec& s, ScreenKind kind) { set_screen_kind(s.film.screen, kind); }),
       {"dyes",
        {{"collins_giles", set_dyes<DyeSource::kCollinsGiles>},
         {"cornwell_clyne", set_dyes<DyeSource::kCornwellClyne>},
@@ -174,6 +206,20 @@ const std::vector<NumberKey>& film_keys() {
        [](SimSpec& s, double v) { s.film.frame.rebate_px = v; }},
   };
   return keys;
+}
+
+bool apply_picture(SimSpec& spec, std::string_view name, std::string_view value) {
+  std::error_code none;
+  const bool file = name == "scene" && std::filesystem::is_regular_file(value, none);
+  if (name != "image" && !file) return false;
+  spec.film.scene = SceneKind::kImage;
+  spec.film.picture = std::string(value);
+  return true;
+}
+
+void load_picture(FilmSpec& film) {
+  if (film.picture.empty() || film.raster != nullptr) return;
+  film.raster = std::make_shared<SceneRaster>(read_scene_picture(film.picture));
 }
 
 void check_film(const FilmSpec& spec) {

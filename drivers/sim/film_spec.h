@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 
+#include "core/screen/screen_description.h"
 #include "drivers/sim/film/element_response.h"
 #include "drivers/sim/film/hd_curve.h"
 
@@ -28,24 +30,10 @@ struct FrameSpec {
   double border_px = 12;
 };
 
-enum class ScreenKind {
-  kDufay,            // red lines, green and blue squares between
-  kSpicerDufayBlue,  // blue lines (printed last), green and red squares
-  kSpicerDufayGreen,
-  kDioptichrome,  // green lines, red and blue squares
-  kImprovedDioptichrome,
-  kOmnicolore,  // blue lines, red and green squares
-  kPaget,       // squares of two sizes
-  kFinlay,
-  kThames,  // red and green discs on blue
-  kJoly,    // lines of three colours
-  kWarnerPowrie
-};
-
 // Element geometry: micrograph of Dufaycolor, Hubicka et al. 2025 (arXiv:2501.06216): red lines
 // 21.0 of 49.9 um, green 22.7 of 49.6 um along the lines, blue the rest.
 struct ScreenSpec {
-  ScreenKind kind = ScreenKind::kDufay;
+  ScreenKind kind = ScreenKind::kDufaycolor;
   double period_u_um = 49.6;  // along the red lines, green to green
   double period_v_um = 49.9;  // from red line to red line, along the other axis
   double angle_deg = 23.0;    // of the red lines, from +y towards +x
@@ -56,9 +44,6 @@ struct ScreenSpec {
   double green_fraction = 22.7 / 49.6;  // of a period, along: the first kind of square
   double bend_px = 0;                   // largest smooth displacement of the réseau, per axis
 };
-
-// Sets the kind with its usual periods and fractions (screen_description.h).
-void set_screen_kind(ScreenSpec& screen, ScreenKind kind);
 
 // Deformation of the réseau besides its bend. The origin is the centre of the first frame, where
 // the mean geometry stays that of ScreenSpec.
@@ -103,6 +88,7 @@ struct FilmSpec {
   FilmKind kind = FilmKind::kDufay;
   SceneKind scene = SceneKind::kChart;
   std::shared_ptr<const SceneRaster> raster;  // kImage
+  std::string picture;                        // the file it was read from, if it was one
   double edge_angle_deg = 5;                  // kEdges
   double finest_cy_per_px = 0.5;              // kZone
   int spokes = 72;                            // kStar

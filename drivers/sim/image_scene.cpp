@@ -110,8 +110,8 @@ std::unique_ptr<Scene> make_image_scene(std::shared_ptr<const SceneRaster> raste
       raster->rgb.size() != 3 * static_cast<std::size_t>(raster->width_px) *
                                 static_cast<std::size_t>(raster->height_px)) {
     throw InputError(
-        "The simulated film needs a picture with red, green and blue for scene=image; give one "
-        "with at least one pixel.");
+        "The simulated film needs a picture for scene=image; name its file with image=FILE, or "
+        "give red, green and blue of at least one pixel.");
   }
   for (const float v : raster->rgb) {
     if (!std::isfinite(v) || v < 0) {

@@ -151,7 +151,8 @@ OpticalRenderer::OpticalRenderer(std::shared_ptr<const Film> film, const OpticsS
   std::vector<OpticalTransfer> transfers;
   transfers.reserve(kChannels);
   for (int c = 0; c < kChannels; ++c) transfers.emplace_back(optics_, c);
-  grid_ = choose_grid(cells_used(optics, window.pitch, true), transfers);
+  grid_ = choose_grid(cells_used(*film_, optics, window.pitch, true), transfers,
+                      optics.fewest_cells_per_px);
   double low = 0, high = 0;
   set_focus_range(low, high);
   FarFieldSpec far;

@@ -12,8 +12,10 @@ struct OpticsSpec {
   std::array<double, 4> blur_px{0.6, 0.6, 0.6, 0.7};
   double aperture_px = 1.0;    // width along the sensor over which a pixel integrates
   double aperture_y_px = 0.0;  // the same along the motion; 0 = as along the sensor
-  int cells_per_px =
-      0;  // of the numerical integration; 0 = 4, or 6 where the full optics are needed
+  // Of the numerical integration; 0 = as many as the film's edges need (cells_used()).
+  int cells_per_px = 0;
+  // Cells are joined while the spread functions allow it and more than these are left.
+  int fewest_cells_per_px = 1;
 
   // The lens: diffraction and defocus. An f-number of 0 leaves both out.
   std::array<double, 4> f_number{0, 0, 0, 0};  // on the film's side

@@ -88,7 +88,7 @@ PlainRenderer::PlainRenderer(std::shared_ptr<const Film> film, const OpticsSpec&
                              const ScanWindow& window)
     : film_(std::move(film)),
       window_(window),
-      cells_per_px_(cells_used(optics, window.pitch, false)),
+      cells_per_px_(cells_used(*film_, optics, window.pitch, false)),
       point_rows_(window.pitch >= 16) {
   CHECK(film_ != nullptr && window.width_px > 0 && window.n_lines >= 0 && window.pitch >= 1);
   for (std::size_t c = 0; c < kChannels; ++c) {

@@ -188,23 +188,30 @@ std::vector<WideGaussian> wide_gaussians(const OpticalTransfer& transfer) {
 }
 
 double CellGrid::transfer(double f) const {
-  const double t = sinc(std::numbers::pi * f / fine_per_px);
-  if (per_px == fine_per_px) return t;
-  const double c = std::cos(std::numbers::pi * f / fine_per_px);
-  return t * c * c * c;
+  double t = sinc(std::numbers::pi * f / fine_per_px);
+  for (int cells = fine_per_px; cells > per_px; cells /= 2) {
+    const double c = std::cos(std::numbers::pi * f / cells);
+    t *= c * c * c;
+  }
+  return t;
 }
 
-CellGrid choose_grid(int fine_per_px, const std::vector<OpticalTransfer>& transfers) {
+CellGrid choose_grid(int fine_per_px, const std::vector<OpticalTransfer>& transfers,
+                     int fewest_per_px) {
   constexpr double kNegligible = 2e-3;  // of transfer, where a film holds a few per cent of detail
-  if (fine_per_px % 2 != 0 || fine_per_px < 6) return {fine_per_px, fine_per_px};
-  for (const OpticalTransfer& transfer : transfers) {
-    for (double f = fine_per_px / 4.0; f < fine_per_px / 2.0; f += 0.05) {
-      if (std::abs(transfer(f, 0, 0)) > kNegligible || std::abs(transfer(0, f, 0)) > kNegligible) {
-        return {fine_per_px, fine_per_px};
+  CellGrid grid{fine_per_px, fine_per_px};
+  while (grid.per_px % 2 == 0 && grid.per_px >= std::max(6, 2 * fewest_per_px)) {
+    for (const OpticalTransfer& transfer : transfers) {
+      for (double f = grid.per_px / 4.0; f < grid.per_px / 2.0; f += 0.05) {
+        if (std::abs(transfer(f, 0, 0)) > kNegligible ||
+            std::abs(transfer(0, f, 0)) > kNegligible) {
+          return grid;
+        }
       }
     }
+    grid.per_px /= 2;
   }
-  return {fine_per_px / 2, fine_per_px};
+  return grid;
 }
 
 PsfFamily::PsfFamily(const OpticalTransfer& transfer, const CellGrid& grid, double min_um,

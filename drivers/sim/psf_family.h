@@ -22,7 +22,8 @@ inline constexpr double kWidePx = 4.0;
 [[nodiscard]] std::vector<WideGaussian> wide_gaussians(const OpticalTransfer& transfer);
 
 // What a grid of cells has already done to the film: each cell a mean over 1 / fine_per_px, and
-// cells joined two by two with weights 1 3 3 1 where per_px is half of fine_per_px.
+// cells joined two by two with weights 1 3 3 1 until per_px are left (fine_per_px is per_px times a
+// power of 2).
 struct CellGrid {
   int per_px = 4, fine_per_px = 4;
 
@@ -30,8 +31,9 @@ struct CellGrid {
   [[nodiscard]] double transfer(double f) const;
 };
 
-// The coarser grid of the two possible ones, unless the spread functions hold finer detail.
-[[nodiscard]] CellGrid choose_grid(int fine_per_px, const std::vector<OpticalTransfer>& transfers);
+// The coarsest of the possible grids whose cells the spread functions hold no finer detail than.
+[[nodiscard]] CellGrid choose_grid(int fine_per_px, const std::vector<OpticalTransfer>& transfers,
+                                   int fewest_per_px = 1);
 
 // The spread function at distance x, y [px] from its centre and defocus z is the sum over r of
 // along_x(r, z, x) * along_y(r, y), as light per cell of the grid, wide Gaussians left out.

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "core/base/check.h"
 #include "drivers/sim/optical_renderer.h"
+#include "drivers/sim/optical_transfer.h"
 #include "drivers/sim/plain_renderer.h"
 
 namespace reseau::sim {
@@ -30,20 +32,50 @@ void ScanRenderer::transmittance(int first_line, int n_lines, std::span<float> o
   renderer_->transmittance(first_line, n_lines, out);
 }
 
-int cells_used(const OpticsSpec& optics, int pitch, bool full) {
+namespace {
+
+// Largest error of a sample by cells of 1 / n px on an edge between 0 and 1 that runs at this angle
+// to the grid: the second-order term of a step along the borders of cells, 0.242 / (12 s^2 n^2) for
+// a Gaussian of s px, is averaged over the phases that the edge passes through within the spread
+// function. Dyes leave half of it.
+double edge_error(double spread_px2, int n, double angle_deg) {
+  constexpr double kPi = std::numbers::pi, kContrast = 0.5;
+  const double phases = n * std::tan(angle_deg * kPi / 180);  // cycles per px along the edge
+  return kContrast * 0.242 / (12 * spread_px2 * n * n) *
+         std::exp(-2 * kPi * kPi * spread_px2 * phases * phases);
+}
+
+}  // namespace
+
+int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full) {
   if (pitch >= 4) return 1;
-  if (!full) {
-    const int cells = optics.cells_per_px > 0 ? optics.cells_per_px : 4;
-    return pitch > 1 ? std::min(cells, 2) : cells;
+  if (optics.cells_per_px > 0) {
+    return full || pitch == 1 ? optics.cells_per_px : std::min(optics.cells_per_px, 2);
   }
-  if (optics.cells_per_px > 0) return optics.cells_per_px;
+  // The sharpest channel decides: its Gaussian and its apertures.
+  const double aperture_y = optics.aperture_y_px > 0 ? optics.aperture_y_px : optics.aperture_px;
+  const double sharpest = *std::ranges::min_element(optics.blur_px);
+  const double aperture = std::min(optics.aperture_px, aperture_y);
+  const double spread_px2 = sharpest * sharpest + aperture * aperture / 12;
+  const double angle = film.edges_off_axes_deg();
+  if (!full) {
+    if (pitch > 1) return 2;
+    // The plain optics serve where speed counts: an edge along the grid may err by four times more.
+    constexpr double kPlainError = 4e-4;
+    constexpr int kMostPlain = 8;
+    int cells = 4;
+    while (cells < kMostPlain && edge_error(spread_px2, cells, angle) > kPlainError) cells += 2;
+    return cells;
+  }
   std::vector<OpticalTransfer> transfers;
   transfers.reserve(kChannels);
   for (int c = 0; c < kChannels; ++c) transfers.emplace_back(optics, c);
   // As few as let pairs of cells be joined.
-  constexpr int kFewest = 6, kMost = 12;
+  constexpr int kFewest = 6, kMost = 12, kMostAligned = 24;
+  constexpr double kFullError = 1e-4;
   int cells = kFewest;
   while (cells < kMost && choose_grid(cells, transfers).per_px == cells) cells += 2;
+  while (cells < kMostAligned && edge_error(spread_px2, cells, angle) > kFullError) cells *= 2;
   return cells;
 }
 
@@ -54,8 +86,10 @@ RenderError estimate_error(const std::shared_ptr<const Film>& film, const Optics
   OpticsSpec finer = optics;
   RenderError error;
   error.cells_per_px =
-      cells_used(optics, window.pitch, !is_plain(optics) || !geometry.is_perfect());
+      cells_used(*film, optics, window.pitch, !is_plain(optics) || !geometry.is_perfect());
   finer.cells_per_px = 2 * error.cells_per_px;
+  // What joining costs is part of the error: the finer rendering joins one time less.
+  finer.fewest_cells_per_px = 6;
   double squares = 0;
   std::vector<float> a, b;
   for (int k = 0; k < n_pieces; ++k) {

@@ -44,7 +44,8 @@ struct RenderError {
                                          const OpticsSpec& optics, const ScanWindow& window,
                                          const ScanGeometry& geometry = {}, int n_pieces = 12);
 
-// Cells per optical pixel that a rendering at this pitch uses. full: as OpticalRenderer.
-[[nodiscard]] int cells_used(const OpticsSpec& optics, int pitch, bool full);
+// Cells per optical pixel that a rendering at this pitch uses; more for a film whose edges run
+// along the axes of the scan. full: as OpticalRenderer.
+[[nodiscard]] int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full);
 
 }  // namespace reseau::sim

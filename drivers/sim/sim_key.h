@@ -22,11 +22,15 @@ struct WordKey {
   std::string_view name;
   std::map<std::string_view, std::function<void(SimSpec&)>> words;
   std::string_view meaning;
+  // Other names of the same words; '-' counts as '_' besides.
+  std::map<std::string_view, std::string_view> also{};
 };
 
 // Those of the film.
 [[nodiscard]] const std::vector<WordKey>& film_word_keys();
 [[nodiscard]] const std::vector<NumberKey>& film_keys();
+// scene=FILE and image=FILE. Says whether it took the setting.
+[[nodiscard]] bool apply_picture(SimSpec& spec, std::string_view name, std::string_view value);
 // Throws InputError for settings that do not go together.
 void check_film(const FilmSpec& spec);
 

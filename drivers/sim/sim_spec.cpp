@@ -1,8 +1,13 @@
 #include "drivers/sim/sim_spec.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numeric>
+#include <sstream>
+#include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -108,10 +113,45 @@ double parse_number(const Key& key, std::string_view text) {
   return value;
 }
 
+// Letters to change, leave out or put in to make one word the other (Levenshtein).
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+// The lines of the help whose keys resemble the name most.
+std::string nearest_settings(std::string_view name) {
+  constexpr std::size_t kShown = 3;
+  std::vector<std::pair<std::size_t, std::string>> lines;
+  std::istringstream help(sim_key_help());
+  for (std::string line; std::getline(help, line);) {
+    const std::string key = line.substr(2, line.find('=') - 2);
+    lines.emplace_back(distance(name, key), line);
+  }
+  std::ranges::stable_sort(lines, {}, &std::pair<std::size_t, std::string>::first);
+  std::string text;
+  for (std::size_t i = 0; i < kShown; ++i) text.append(lines[i].second).append("\n");
+  return text;
+}
+
 void apply(SimSpec& spec, std::string_view name, std::string_view value) {
+  if (apply_picture(spec, name, value)) return;
+  std::string asked(value);
+  std::ranges::replace(asked, '-', '_');
   for (const WordKey& key : all_word_keys()) {
     if (key.name != name) continue;
-    const auto found = key.words.find(value);
+    const auto also = key.also.find(asked);
+    const auto found = key.words.find(also != key.also.end() ? also->second : asked);
     if (found != key.words.end()) return found->second(spec);
     std::string known;
     for (const auto& [word, set] : key.words) {
@@ -119,15 +159,16 @@ void apply(SimSpec& spec, std::string_view name, std::string_view value) {
       known.append(quoted(word));
     }
     throw InputError("The simulated device does not know " + quoted(name) + "=" + quoted(value) +
-                     "; known are " + known + ".");
+                     "; known are " + known +
+                     (name == "scene" ? ", and the name of an image file that exists." : "."));
   }
   for (const std::vector<Key>* keys : {&film_keys(), &number_keys(), &scanner_keys()}) {
     for (const Key& key : *keys) {
       if (key.name == name) return key.set(spec, parse_number(key, value));
     }
   }
-  throw InputError("The simulated device has no setting " + quoted(name) + ". Known settings:\n" +
-                   sim_key_help());
+  throw InputError("The simulated device has no setting " + quoted(name) + ". The nearest are:\n" +
+                   nearest_settings(name) + "`reseau simulate --help` lists all.");
 }
 
 // The settings of a name: those that choose a screen or optics, or all others.
@@ -143,7 +184,7 @@ void apply_all(SimSpec& spec, std::string_view query, bool choices) {
                        quoted(pair) + " should read key=value.");
     }
     const std::string_view name = pair.substr(0, equals);
-    if ((name == "screen" || name == "optics") == choices) {
+    if ((name == "film" || name == "screen" || name == "optics") == choices) {
       apply(spec, name, pair.substr(equals + 1));
     }
   }
@@ -158,7 +199,7 @@ void check_together(const SimSpec& spec) {
 
 }  // namespace
 
-SimSpec parse_sim_spec(std::string_view name) {
+SimSpec parse_sim_spec(std::string_view name, ScenePicture picture) {
   constexpr std::string_view kPrefix = "sim:";
   if (name.substr(0, kPrefix.size()) == kPrefix) name.remove_prefix(kPrefix.size());
   const std::size_t mark = name.find('?');
@@ -168,6 +209,7 @@ SimSpec parse_sim_spec(std::string_view name) {
   // First what sets several values that other keys may change.
   for (const bool choices : {true, false}) apply_all(spec, settings, choices);
   check_together(spec);
+  if (picture == ScenePicture::kLoad) load_picture(spec.film);
   return spec;
 }
 
@@ -182,6 +224,8 @@ std::string sim_key_help() {
     text.append("  ").append(key.name).append("=").append(words);
     text.append("  ").append(key.meaning).append("\n");
   }
+  text.append(
+      "  image=FILE  what the camera saw, in place of scene; any picture OpenImageIO reads\n");
   std::vector<Key> numbers = film_keys();
   numbers.insert(numbers.end(), number_keys().begin(), number_keys().end());
   numbers.insert(numbers.end(), scanner_keys().begin(), scanner_keys().end());

@@ -37,9 +37,14 @@ struct SimSpec {
   UnitSpec unit;
 };
 
-// Accepts the name with or without "sim:". Throws InputError with a sentence that lists the known
+// Accepts the name with or without "sim:". Throws InputError with a sentence that lists the nearest
 // keys and ranges for an unknown key or a value outside its range. The model is not checked here.
-[[nodiscard]] SimSpec parse_sim_spec(std::string_view name);
+// Reads the picture of image=FILE, unless it is left to load_picture().
+enum class ScenePicture { kLoad, kLater };
+[[nodiscard]] SimSpec parse_sim_spec(std::string_view name,
+                                     ScenePicture picture = ScenePicture::kLoad);
+// Reads the picture that was asked for, if any. Throws InputError when it cannot.
+void load_picture(FilmSpec& film);
 
 // One line per key: name, range, meaning.
 [[nodiscard]] std::string sim_key_help();

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
+#include <utility>
 
 #include "core/base/check.h"
-#include "core/base/error.h"
+#include "drivers/sim/film/screen_of.h"
 #include "drivers/sim/focus_map.h"
-#include "drivers/sim/sensor.h"
+#include "drivers/sim/window_render.h"
 
 namespace reseau::sim {
 
@@ -16,7 +18,14 @@ FilmTruth::FilmTruth(const FilmSpec& spec, const ScanWindow& window, const ScanG
       window_(window),
       geometry_(geometry),
       strip_(std::make_shared<FilmStrip>(spec)),
+      light_(strip_),
       screen_(std::make_shared<PlacedScreen>(spec)) {
+  if (scene_differs()) {
+    FilmSpec light = spec;
+    light.emulsion.ideal_taking = true;
+    light.emulsion.hd.gamma = 0;
+    light_ = std::make_shared<FilmStrip>(light);
+  }
   if (spec.kind == FilmKind::kEmpty) return;
   FilmSpec whole = spec;
   whole.emulsion.grain = 0;
@@ -62,7 +71,20 @@ std::array<double, 3> FilmTruth::process_rgb(double x, double y) const {
   return strip_->silver_at(at.x, at.y);
 }
 
-void FilmTruth::process_row(double y, const RgbRow& out) const {
+bool FilmTruth::scene_differs() const {
+  return spec_.kind != FilmKind::kEmpty &&
+         (spec_.emulsion.hd.gamma != 0 || !spec_.emulsion.ideal_taking);
+}
+
+bool FilmTruth::has_harm() const {
+  return spec_.kind != FilmKind::kEmpty && whole_film_->damage().has_local();
+}
+
+void FilmTruth::process_row(double y, const RgbRow& out) const { strip_row(*strip_, y, out); }
+
+void FilmTruth::scene_row(double y, const RgbRow& out) const { strip_row(*light_, y, out); }
+
+void FilmTruth::strip_row(const FilmStrip& strip, double y, const RgbRow& out) const {
   const std::array<std::span<float>, 3> bands{out.r, out.g, out.b};
   if (spec_.kind == FilmKind::kEmpty) {
     for (const std::span<float> band : bands) std::ranges::fill(band, 1.0F);
@@ -71,11 +93,12 @@ void FilmTruth::process_row(double y, const RgbRow& out) const {
   const ScanPlace first = optical(0, y), last = optical(static_cast<double>(out.r.size()) - 1, y);
   const double length = static_cast<double>(out.r.size()) - 1;
   if (window_.pitch == 1 && std::abs(last.x - first.x - length) < 1e-9) {
-    strip_->silver_row(first.y, first.x, out);
+    strip.silver_row(first.y, first.x, out);
     return;
   }
   for (std::size_t i = 0; i < out.r.size(); ++i) {
-    const std::array<double, 3> rgb = process_rgb(static_cast<double>(i), y);
+    const ScanPlace at = optical(static_cast<double>(i), y);
+    const std::array<double, 3> rgb = strip.silver_at(at.x, at.y);
     for (std::size_t k = 0; k < 3; ++k) bands[k][i] = static_cast<float>(rgb[k]);
   }
 }
@@ -183,7 +206,7 @@ void FilmTruth::silver_row(double y, std::span<float> out) const {
 
 void FilmTruth::harm_row(double y, std::span<float> out) const {
   std::ranges::fill(out, 0.0F);
-  if (spec_.kind == FilmKind::kEmpty || !whole_film_->damage().has_local()) return;
+  if (!has_harm()) return;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const ScanPlace at = optical(static_cast<double>(i), y);
     whole_film_->harm_row(at.y, at.x, out.subspan(i, 1));
@@ -207,69 +230,39 @@ std::array<double, 3> FilmTruth::area_fractions() const {
 
 std::array<ScreenPoint, 3> FilmTruth::element_middles() const {
   CHECK(has_screen());
-  return describe_screen(spec_.screen).middles;
+  const std::array<Vec2, 3> middles = describe_screen(spec_.screen).middles;
+  std::array<ScreenPoint, 3> points;
+  for (std::size_t k = 0; k < 3; ++k) points[k] = {middles[k].x, middles[k].y};
+  return points;
 }
 
 SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window) {
-  if (window.width_px < 1 || window.n_lines < 1 || window.pitch < 1) {
-    throw InputError("A simulated scan needs at least one pixel, one line and a pitch of 1.");
-  }
-  const ScanGeometry geometry = geometry_of(spec, spec.sensor);
-  const ScanRenderer renderer(make_film(spec.film), spec.optics, window, geometry);
-  LineFormat format;
-  format.width_px = window.width_px;
-  format.n_lines = window.n_lines;
-  format.channels = {Channel::kRed, Channel::kGreen, Channel::kBlue, Channel::kInfrared};
-  format.significant_bits = spec.sensor.adc_bits;
-  format.x_dpi = 25400.0 / spec.film.frame.pixel_um / window.pitch;
-  format.y_dpi = 25400.0 / spec.film.frame.pixel_um / window.step();
-
-  SensorPass pass;
-  pass.level.fill(spec.sensor.clear_level);
-  pass.seed = spec.film.seed;
-  pass.field_px = spec.film.frame.width_px;
-  const std::size_t per_line = format.samples_per_line();
+  const WindowRender render(spec, window);
+  const std::size_t per_line = render.format().samples_per_line();
   std::vector<std::uint16_t> samples(per_line * static_cast<std::size_t>(window.n_lines));
-  constexpr int kBandLines = 256;
-  std::vector<float> band(per_line * kBandLines);
-  const int readings = std::max(1, spec.sensor.readings);
-  std::vector<std::uint16_t> reading;
-  std::vector<std::uint32_t> sum;
-  for (int first = 0; first < window.n_lines; first += kBandLines) {
-    const int n = std::min(kBandLines, window.n_lines - first);
-    const std::size_t size = per_line * static_cast<std::size_t>(n);
-    renderer.transmittance(first, n, std::span(band).first(size));
-    const auto light = std::span(band).first(size);
-    const auto to = std::span(samples).subspan(per_line * static_cast<std::size_t>(first), size);
-    digitise(light, window, first, spec.sensor, pass, to);
-    if (readings == 1) continue;
-    sum.assign(to.begin(), to.end());
-    reading.resize(size);
-    for (pass.reading = 1; pass.reading < readings; ++pass.reading) {
-      digitise(light, window, first, spec.sensor, pass, reading);
-      for (std::size_t i = 0; i < size; ++i) sum[i] += reading[i];
-    }
-    pass.reading = 0;
-    const auto r = static_cast<std::uint32_t>(readings);
-    for (std::size_t i = 0; i < size; ++i) {
-      to[i] = static_cast<std::uint16_t>((sum[i] + r / 2) / r);
-    }
+  for (int first = 0; first < window.n_lines; first += WindowRender::kBandLines) {
+    const int n = std::min(WindowRender::kBandLines, window.n_lines - first);
+    render.lines(first, n,
+                 std::span(samples).subspan(per_line * static_cast<std::size_t>(first),
+                                            per_line * static_cast<std::size_t>(n)));
   }
-  const int full = (1 << spec.sensor.adc_bits) - 1;
-  if (full != 65535) {
-    for (std::uint16_t& v : samples) {
-      v = static_cast<std::uint16_t>((static_cast<int>(v) * 65535LL + full / 2) / full);
-    }
-  }
-  return {std::move(format), std::move(samples), FilmTruth(spec.film, window, geometry)};
+  return {render.format(), std::move(samples), truth_of(spec, window)};
+}
+
+FilmTruth truth_of(const SimSpec& spec, const ScanWindow& window) {
+  return {spec.film, window, geometry_of(spec, spec.sensor)};
+}
+
+ScanWindow frame_window(const SimSpec& spec) {
+  return {.x_px = 0,
+          .y_px = 0,
+          .width_px = spec.film.frame.width_px,
+          .n_lines = spec.film.frame.height_px,
+          .pitch = 1};
 }
 
 SimulatedScan simulate_frame(const SimSpec& spec) {
-  return simulate_window(spec, {.x_px = 0,
-                                .y_px = 0,
-                                .width_px = spec.film.frame.width_px,
-                                .n_lines = spec.film.frame.height_px,
-                                .pitch = 1});
+  return simulate_window(spec, frame_window(spec));
 }
 
 }  // namespace reseau::sim

@@ -15,6 +15,7 @@
 #include "drivers/sim/optical_transfer.h"
 #include "drivers/sim/scan_renderer.h"
 #include "drivers/sim/sim_spec.h"
+#include "drivers/sim/window_render.h"
 
 namespace reseau::sim {
 
@@ -39,6 +40,13 @@ class FilmTruth {
   [[nodiscard]] std::array<double, 3> process_rgb(double x, double y) const;
   // The same for a whole row of the window: sample i is at (i, y). Much faster than point by point.
   void process_row(double y, const RgbRow& out) const;
+  // Light of the scene, before the taking filters and the emulsion; behind them where the scene is
+  // no mixture of three lights (scene=sweep). Border and rebate count as exposures.
+  void scene_row(double y, const RgbRow& out) const;
+  // Whether that is something else than process RGB.
+  [[nodiscard]] bool scene_differs() const;
+  // Whether there are places with dust, hairs, scratches or bubbles.
+  [[nodiscard]] bool has_harm() const;
   void screen_row(double y, std::span<ScreenPoint> out) const;
   // Silver transmittance of a pixel as the film has it: behind the elements that lie there, after
   // the spread in the emulsion, mean over the pixel; without grain, harm, dyes, blur. What a
@@ -62,10 +70,11 @@ class FilmTruth {
   // Where a perfect scanner would see what delivered pixel (x, y) sees.
   [[nodiscard]] ScanPlace optical(double x, double y) const;
   void silver_pixels(double y, double x, std::span<float> out) const;
+  void strip_row(const FilmStrip& strip, double y, const RgbRow& out) const;
   FilmSpec spec_;
   ScanWindow window_;
   ScanGeometry geometry_;
-  std::shared_ptr<const FilmStrip> strip_;
+  std::shared_ptr<const FilmStrip> strip_, light_;  // light_: taking and emulsion left out
   std::shared_ptr<const PlacedScreen> screen_;
   std::shared_ptr<const ScreenFilm> whole_film_;  // without grain, leak and faded places
 };
@@ -78,6 +87,11 @@ class FilmTruth {
 // pixels; see sample_psf(). Throws InputError as that does.
 [[nodiscard]] PsfGrid psf_at(const SimSpec& spec, const ScanWindow& window, int channel, double x,
                              double y, int samples_per_px, int radius_px);
+
+// What is known of a window under the film's and the scanner's settings.
+[[nodiscard]] FilmTruth truth_of(const SimSpec& spec, const ScanWindow& window);
+// The whole first frame at optical resolution.
+[[nodiscard]] ScanWindow frame_window(const SimSpec& spec);
 
 struct SimulatedScan {
   LineFormat format;                   // red, green, blue, infrared

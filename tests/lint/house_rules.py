@@ -21,6 +21,7 @@ SEAM_OF_DRIVERS = r"drivers/(scanner|scan_plan|registry)\.h"
 INCLUDE_TABLE = [
     (r"tests/", r".*"),
     (r"core/", r"core/"),
+    (r"drivers/sim/", r"core/(base|line)/|core/screen/screen_description\.h$|drivers/"),
     (r"drivers/", r"core/(base|line)/|drivers/"),
     (r"calibration/", r"core/|calibration/"),
     (r"capture/(cli/verb_simulate\.cpp$|simulate/)", r"core/|drivers/sim/(simulate|sensor)\.h|capture/"),

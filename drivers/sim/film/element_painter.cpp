@@ -63,7 +63,7 @@ ElementPainter::ElementPainter(const FilmSpec& spec)
   std::array<bool, kDyeSets> occurs{};
   occurs[std::size_t{1} << static_cast<unsigned>(description_.ground)] = true;
   for (const ScreenShape& shape : description_.shapes) {
-    const int bit = 1 << shape.dye;
+    const int bit = 1 << shape.color;
     const std::array<bool, kDyeSets> before = occurs;
     for (int set = 0; set < kDyeSets && print_.overlap_um != 0; ++set) {
       if (before[static_cast<std::size_t>(set)]) {
@@ -125,9 +125,9 @@ void ElementPainter::ramps(const ScreenGradient& g, double cell_px,
     shape.ramps.clear();
     shape.fine_ramps.clear();
     shape.per_px.clear();
-    for (const ShapeBand& band : shape.shape->bands) {
-      const double x = band.n_u * g.u_x + band.n_v * g.v_x;
-      const double y = band.n_u * g.u_y + band.n_v * g.v_y;
+    for (const ScreenBand& band : shape.shape->bands) {
+      const double x = band.n.x * g.u_x + band.n.y * g.v_x;
+      const double y = band.n.x * g.u_y + band.n.y * g.v_y;
       shape.ramps.emplace_back(x * cell_px, y * cell_px);
       shape.fine_ramps.emplace_back(x * cell_px / kFine, y * cell_px / kFine);
       shape.per_px.push_back(static_cast<float>(std::hypot(x, y)));
@@ -139,8 +139,7 @@ void ElementPainter::cover_disc(const Shape& shape, float du, float dv, float gr
                                 float& outer) const {
   const float x = du * shape.px_of[0] + dv * shape.px_of[2];
   const float y = du * shape.px_of[1] + dv * shape.px_of[3];
-  const auto radius_px =
-      static_cast<float>(shape.shape->radius * screen_.spec().period_u_um / pixel_um_);
+  const auto radius_px = static_cast<float>(shape.shape->radius_um / pixel_um_);
   const float r = std::max(std::sqrt(x * x + y * y), 0.01F);
   const float inside = radius_px + grow_px - r;
   const float half_band = static_cast<float>(std::abs(print_.overlap_um) / 2 / pixel_um_);
@@ -157,12 +156,12 @@ void ElementPainter::cover_disc(const Shape& shape, float du, float dv, float gr
 }
 
 float ElementPainter::cover_polygon(const Shape& s, float du, float dv, float grow_px) const {
-  const std::vector<ShapeBand>& bands = s.shape->bands;
+  const std::vector<ScreenBand>& bands = s.shape->bands;
   const auto product = [&](float u, float v, const std::vector<EdgeRamp>& ramps, int& edges) {
     float covered = 1;
     for (std::size_t b = 0; b < bands.size(); ++b) {
       const float distance =
-          std::abs(static_cast<float>(bands[b].n_u) * u + static_cast<float>(bands[b].n_v) * v);
+          std::abs(static_cast<float>(bands[b].n.x) * u + static_cast<float>(bands[b].n.y) * v);
       const float one =
           ramps[b](static_cast<float>(bands[b].half) + grow_px * s.per_px[b] - distance);
       edges += one < kWhole ? 1 : 0;
@@ -189,12 +188,12 @@ void ElementPainter::cover(Shape& s, const Block& block, const float* u, const f
                            Cover& out) const {
   const ScreenShape& shape = *s.shape;
   const auto half_band_px = static_cast<float>(std::abs(print_.overlap_um) / 2 / pixel_um_);
-  const auto cu = static_cast<float>(shape.u), cv = static_cast<float>(shape.v);
+  const auto cu = static_cast<float>(shape.center.x), cv = static_cast<float>(shape.center.y);
   const auto position_px = static_cast<float>(print_.position_noise_um / pixel_um_);
   const auto width_px = static_cast<float>(print_.width_noise_um / 2 / pixel_um_);
   if (shape.kind == ScreenShape::Kind::kLine) {
-    const ShapeBand& band = shape.bands[0];
-    const auto n_u = static_cast<float>(band.n_u), n_v = static_cast<float>(band.n_v);
+    const ScreenBand& band = shape.bands[0];
+    const auto n_u = static_cast<float>(band.n.x), n_v = static_cast<float>(band.n.y);
     const auto half = static_cast<float>(band.half);
     const float grow = half_band_px * s.per_px[0];
     const float centre = n_u * cu + n_v * cv;
@@ -208,10 +207,10 @@ void ElementPainter::cover(Shape& s, const Block& block, const float* u, const f
       }
       return;
     }
-    const double base = band.n_u * (block.base_u - kAhead) + band.n_v * (block.base_v - kAhead);
+    const double base = band.n.x * (block.base_u - kAhead) + band.n.y * (block.base_v - kAhead);
     const double along_base =
-        band.n_u * (block.base_v - kAhead) - band.n_v * (block.base_u - kAhead);
-    const double along_um = band.n_u != 0 ? screen_.spec().period_v_um : screen_.spec().period_u_um;
+        band.n.x * (block.base_v - kAhead) - band.n.y * (block.base_u - kAhead);
+    const double along_um = band.n.x != 0 ? screen_.spec().period_v_um : screen_.spec().period_u_um;
     const double per_length = along_um / print_.noise_length_um;
     // Errors matter near an edge only.
     const float per_px = s.per_px[0];
@@ -270,7 +269,7 @@ void ElementPainter::cover(Shape& s, const Block& block, const float* u, const f
 
 void ElementPainter::paint_across(const Shape& shape, const Cover& cover,
                                   float (*areas)[kBlockPx]) const {
-  const int dye = 1 << shape.shape->dye;
+  const int dye = 1 << shape.shape->color;
   float after[kDyeSets][kBlockPx];
   const std::size_t n_sets = sets_.size();
   for (std::size_t k = 0; k < n_sets; ++k) {
@@ -291,7 +290,7 @@ void ElementPainter::paint_across(const Shape& shape, const Cover& cover,
 
 void ElementPainter::paint_beside(const Shape& shape, const Cover& cover,
                                   float (*areas)[kBlockPx]) const {
-  const int dye = 1 << shape.shape->dye;
+  const int dye = 1 << shape.shape->color;
   const auto slot = [this](int set) { return slot_of_set_[static_cast<std::size_t>(set)]; };
   float* ground = areas[slot(1 << description_.ground)];
   float* own = areas[slot(dye)];

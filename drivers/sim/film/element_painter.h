@@ -9,7 +9,7 @@
 #include "drivers/sim/film/placed_screen.h"
 #include "drivers/sim/film/plane_row.h"
 #include "drivers/sim/film/printing_noise.h"
-#include "drivers/sim/film/screen_description.h"
+#include "drivers/sim/film/screen_of.h"
 #include "drivers/sim/film_spec.h"
 
 namespace reseau::sim {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "drivers/sim/film/edge_directions.h"
 #include "drivers/sim/hash.h"
 
 namespace reseau::sim {
@@ -40,7 +41,8 @@ ScreenFilm::ScreenFilm(const FilmSpec& spec)
       faded_response_(dye_set_response(faded_dyes(spec.dyes))),
       grain_(spec.emulsion.grain, spec.emulsion.grain_um / spec.frame.pixel_um,
              mix64(spec.seed, 0x64a1)),
-      damage_(spec) {
+      damage_(spec),
+      edges_off_axes_deg_(sim::edges_off_axes_deg(spec)) {
   CHECK(spec.kind != FilmKind::kEmpty);
 }
 

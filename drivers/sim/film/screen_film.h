@@ -21,6 +21,7 @@ class ScreenFilm final : public Film {
   // kind is kDufay (whatever the screen) or kPlain.
   explicit ScreenFilm(const FilmSpec& spec);
   [[nodiscard]] Extent extent() const override { return strip_.extent(); }
+  [[nodiscard]] double edges_off_axes_deg() const override { return edges_off_axes_deg_; }
   void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const override;
   // As cells(), without damage: the infrared channel is then the silver alone where the dyes do not
   // leak.
@@ -52,6 +53,7 @@ class ScreenFilm final : public Film {
   DyeSetResponse response_, faded_response_;
   Grain grain_;
   Damage damage_;
+  double edges_off_axes_deg_;
 };
 
 }  // namespace reseau::sim

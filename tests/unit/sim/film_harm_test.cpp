@@ -139,7 +139,10 @@ TEST(FilmTruth, KnowsTheNameOfTheScreen) {
   const auto name = [](const char* spec) {
     return FilmTruth(parse_sim_spec(spec).film, {.width_px = 10, .n_lines = 10}).screen_name();
   };
-  EXPECT_EQ(name("ls5000?screen=spicer_dufay_blue"), "spicer_dufay_blue");
+  EXPECT_EQ(name("ls5000?screen=spicer_dufay_blue"), "spicer-dufay-blue");
+  EXPECT_EQ(name("ls5000?film=paget"), "paget");
+  EXPECT_EQ(name("ls5000?film=dufaycolor-gawain"), "dufaycolor-gawain");
+  EXPECT_EQ(name("ls5000?screen=thames&film=dufay"), "thames") << "film=dufay names no other";
   EXPECT_EQ(name("ls5000"), "dufaycolor");
   EXPECT_EQ(name("ls5000?film=none"), "");
 }

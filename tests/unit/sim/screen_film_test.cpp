@@ -16,6 +16,10 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr const char* kScreens[] = {"dufay",
+                                    "dufay_gawain",
+                                    "dufay_penichon",
+                                    "dufay_cornwell_clyne_color",
+                                    "dufay_cornwell_clyne_bw",
                                     "spicer_dufay_blue",
                                     "spicer_dufay_green",
                                     "dioptichrome",
@@ -95,7 +99,7 @@ TEST(ScreenFilm, EveryElementCoversItsMiddle) {
     const double det = g.u_x * g.v_y - g.u_y * g.v_x;
     PlaneRow row;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double u = middles[k].u, v = middles[k].v;
+      const double u = middles[k].x, v = middles[k].y;
       const double x = (g.v_y * u - g.u_y * v) / det, y = (g.u_x * v - g.v_x * u) / det;
       const int px = static_cast<int>(std::floor(x + 0.5));
       const int first = static_cast<int>(std::floor(px / 16.0)) * 16;
@@ -142,7 +146,7 @@ TEST(ScreenFilm, OverlapsAndGapsHaveTheirAreaAndNothingIsLost) {
   }
   // The discs of a Thames plate: rings of 2 um about radius r.
   const FilmSpec thames = film_of("screen=thames&period_um=60&overlap_um=-2");
-  const double r = describe_screen(thames.screen).shapes[0].radius * 60;
+  const double r = describe_screen(thames.screen).shapes[0].radius_um;
   const auto areas = mean_areas(thames, 4, 160);
   const double ring = 2 * kPi * ((r + 1) * (r + 1) - (r - 1) * (r - 1)) / 3600;
   EXPECT_NEAR(areas[0], ring, 3e-4);
