@@ -24,7 +24,7 @@ INCLUDE_TABLE = [
     (r"drivers/sim/", r"core/(base|line)/|core/screen/screen_description\.h$|drivers/"),
     (r"drivers/", r"core/(base|line)/|drivers/"),
     (r"calibration/", r"core/|calibration/"),
-    (r"capture/(cli/verb_simulate\.cpp$|simulate/)", r"core/|drivers/sim/(simulate|sensor)\.h|capture/"),
+    (r"capture/(cli/verb_simulate\.cpp$|simulate/|bench/)", r"core/|drivers/sim/(simulate|sensor)\.h|capture/"),
     (r"capture/cli/", r"core/|" + SEAM_OF_DRIVERS + r"|calibration/|capture/"),
     (r"capture/", r"core/|" + SEAM_OF_DRIVERS + r"|calibration/profile/|capture/"),
 ]
