@@ -1,0 +1,84 @@
+// Real scans, where they are at hand.
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <tiffio.h>
+
+#include "calibration/edge/measure_edge.h"
+
+namespace reseau {
+namespace {
+
+struct Planes {
+  int width = 0, height = 0;
+  std::vector<std::vector<float>> samples;
+};
+
+Planes read_planes(const std::filesystem::path& path) {
+  Planes out;
+  const std::unique_ptr<TIFF, decltype(&TIFFClose)> file(TIFFOpen(path.c_str(), "r"), &TIFFClose);
+  if (!file) return out;
+  std::uint32_t w = 0, h = 0;
+  std::uint16_t n = 1;
+  TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &w);
+  TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &h);
+  TIFFGetFieldDefaulted(file.get(), TIFFTAG_SAMPLESPERPIXEL, &n);
+  out.width = static_cast<int>(w);
+  out.height = static_cast<int>(h);
+  out.samples.resize(n);
+  std::vector<std::uint16_t> row(std::size_t{w} * n);
+  for (std::uint32_t y = 0; y < h; ++y) {
+    if (TIFFReadScanline(file.get(), row.data(), y) != 1) return {};
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      out.samples[i % n].push_back(static_cast<float>(row[i]) / 65535);
+    }
+  }
+  return out;
+}
+
+EdgeMeasurement measure(const Planes& planes, std::size_t channel) {
+  return measure_edge({planes.samples[channel].data(), planes.width, planes.height},
+                      {.lowest = 0, .highest = 1, .quantum = 1.0 / 65535});
+}
+
+std::filesystem::path scan(const char* name) {
+  return std::filesystem::path(RESEAU_SHARED_DIR) / "data" / "scans" / name;
+}
+
+TEST(EdgeFiles, RazorOnACoolscan9000) {
+  const auto path = scan("razor-ls9000-4000dpi-rgbi.tif");
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
+  const Planes planes = read_planes(path);
+  ASSERT_EQ(planes.samples.size(), 4U);
+  // What five other programs agree on to one per cent.
+  const double expected[] = {0.222, 0.244, 0.239, 0.218};
+  double found[4] = {};
+  for (std::size_t c = 0; c < 4; ++c) {
+    const EdgeMeasurement m = measure(planes, c);
+    SCOPED_TRACE(c);
+    ASSERT_EQ(m.status, EdgeStatus::kOk);
+    found[c] = m.mtf.all.mtf50->f_cy_per_px;
+    EXPECT_NEAR(found[c] / expected[c], 1, 0.01);
+    EXPECT_NEAR(m.mtf.window.mtf50->f_cy_per_px / expected[c], 1, 0.01);
+    EXPECT_LT(m.mtf.all.points[50].value, 0.015);
+    EXPECT_NEAR(m.angle_deg, 4.8, 0.15);
+    EXPECT_NEAR(m.wander_px, 0.037, 0.01);
+  }
+  EXPECT_GT(found[1], found[2]);
+  EXPECT_GT(found[2], found[0]);
+  EXPECT_GT(found[0], found[3]);
+}
+
+TEST(EdgeFiles, CirclesAreNoEdge) {
+  const auto path = scan("not-an-edge-phaseone-circles.tif");
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
+  const EdgeMeasurement m = measure(read_planes(path), 0);
+  EXPECT_EQ(m.status, EdgeStatus::kRefused);
+  EXPECT_FALSE(m.reasons.empty());
+}
+
+}  // namespace
+}  // namespace reseau
