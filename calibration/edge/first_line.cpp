@@ -54,8 +54,7 @@ struct Split {
 
 class Search {
  public:
-  Search(std::vector<LineCell> cells, Vec2 middle, double cell_px)
-      : cells_(std::move(cells)), middle_(middle), cell_(cell_px) {
+  Search(std::vector<LineCell> cells, Vec2 middle) : cells_(std::move(cells)), middle_(middle) {
     for (const LineCell& c : cells_) {
       n_ += c.n;
       sum_ += c.sum;
@@ -103,7 +102,6 @@ class Search {
  private:
   std::vector<LineCell> cells_;
   Vec2 middle_;
-  double cell_;
   double n_ = 0, sum_ = 0, mean_ = 0, total_ = 0, reach_ = 1;
   std::vector<double> count_, value_;
 };
@@ -118,7 +116,7 @@ std::optional<FirstLine> first_line(Span2D<const float> samples) {
   for (const LineCell& cell : cells) n += cell.n;
   if (n < 16 || cells.size() < 16) return std::nullopt;
   const Vec2 middle{0.5 * (samples.width() - 1), 0.5 * (samples.height() - 1)};
-  Search search(std::move(cells), middle, size);
+  Search search(std::move(cells), middle);
   if (!(search.total() > 0)) return std::nullopt;
 
   constexpr double kDegree = std::numbers::pi / 180;
