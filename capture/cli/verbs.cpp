@@ -6,6 +6,7 @@ void add_all_verbs(Program& program) {
   add_list(program);
   add_doctor(program);
   add_scan(program);
+  add_calibrate(program);
   add_reconstruct(program);
   add_register(program);
   add_compare(program);

@@ -16,6 +16,7 @@ void add_simulate(Program& program);
 void add_colour(Program& program);
 void add_paper(Program& program);
 void add_bench(Program& program);
+void add_calibrate(Program& program);
 
 // All of them, in the order of the help.
 void add_all_verbs(Program& program);
