@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/cli/develop_choice.h"
+#include "capture/cli/export_run.h"
 #include "capture/cli/verbs.h"
 #include "capture/session/receipt.h"
 #include "capture/simulate/truth_files.h"
@@ -26,13 +27,14 @@ struct SimulateArguments {
   std::vector<std::string> keys, settings;
   std::optional<std::uint64_t> seed;
   std::string film, scene, screen, image, output, truth;
+  std::string model = "ls5000", usbip;
   // Text, so that the check and the sentence are those of the settings.
   std::string width, height, angle, blur, noise;
 };
 
 // The device's name of everything that was asked for; what is said later wins.
-sim::SimSpec spec_of(const SimulateArguments& options) {
-  std::string name = "sim:ls5000";
+std::string device_name_of(const SimulateArguments& options) {
+  std::string name = "sim:" + options.model;
   char separator = '?';
   const auto add = [&](const std::string& pair) {
     name += separator + pair;
@@ -59,7 +61,7 @@ sim::SimSpec spec_of(const SimulateArguments& options) {
     if (!value.empty()) add(fmt::format("{}={}", key, value == "chart24" ? "chart" : value));
   }
   if (options.seed) add(fmt::format("seed={}", *options.seed));
-  return sim::parse_sim_spec(name, sim::ScenePicture::kLater);
+  return name;
 }
 
 // Part of a simulated film is of no use: unlike a scan it can be had again.
@@ -129,7 +131,21 @@ void write_truth(const sim::SimSpec& spec, const simulate::KnownScan& scan,
 }
 
 ExitCode run_simulate(const SimulateArguments& options, Work& work) {
-  sim::SimSpec spec = as_failure(Doing::kReadingOptions, [&] { return spec_of(options); });
+  const std::string device_name =
+      as_failure(Doing::kReadingOptions, [&] { return device_name_of(options); });
+  if (!options.usbip.empty()) {
+    if (!options.output.empty() || !options.truth.empty()) {
+      throw Failure(kExitUsage,
+                    "--usbip serves a unit and writes no file; leave -o and --truth out.");
+    }
+    return run_export(device_name, options.usbip, work);
+  }
+  if (options.output.empty()) {
+    throw Failure(kExitUsage, "Say where the scan goes with -o, or export the unit with --usbip.");
+  }
+  sim::SimSpec spec = as_failure(Doing::kReadingOptions, [&] {
+    return sim::parse_sim_spec(device_name, sim::ScenePicture::kLater);
+  });
   const simulate::TruthNames names = simulate::truth_names(options.truth);
   std::vector<std::filesystem::path> files{options.output};
   if (!options.truth.empty()) {
@@ -182,12 +198,15 @@ void add_simulate(Program& program) {
       "réseau) of\nevery pixel; NAME.elements.exr, the same of every element; NAME.psf.exr, the "
       "spread "
       "functions;\nNAME.json, all parameters. The same settings and seed give the same files.\n\n"
+      "--usbip exports the whole unit with its film as a USB device instead, until Ctrl-C, so that "
+      "any\nprogram can scan with it.\n\n"
       "Settings, as words, with --set, or in the name of a device "
       "(sim:ls5000?angle=10&noise=0):\n" +
           sim::sim_key_help(),
       "reseau simulate --film dufay --scene chart24 -o scan.tif --truth truth.exr\n"
       "reseau simulate --width 800 --height 600 --scene natural --set fade=0.3 --seed 7 -o "
-      "film.tif",
+      "film.tif\n"
+      "reseau simulate --usbip tcp:127.0.0.1:3240 --model ls5000 --film dufay --scene natural",
       [options](Work& work) { return run_simulate(*options, work); });
   app->add_option("KEY=VALUE", options->keys, "Settings of film, optics, stage and sensor");
   app->add_option("--set", options->settings, "One more setting, KEY=VALUE")
@@ -202,8 +221,11 @@ void add_simulate(Program& program) {
   app->add_option("--blur", options->blur, "Standard deviation of red, green and blue [px]");
   app->add_option("--noise", options->noise, "Standard deviation at full scale, fraction of it");
   app->add_option("--seed", options->seed, "Seed of scene and noise");
-  app->add_option("-o,--output", options->output, "The TIFF; must not exist")->required();
+  app->add_option("-o,--output", options->output, "The TIFF; must not exist");
   app->add_option("--truth", options->truth, "The EXR with what is known; must not exist");
+  app->add_option("--model", options->model, "The unit that --usbip exports; default ls5000");
+  app->add_option("--usbip", options->usbip,
+                  "Export over USB/IP at tcp:127.0.0.1:3240, tcp:PORT or unix:/path");
 }
 
 }  // namespace reseau::cli

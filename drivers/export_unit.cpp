@@ -1,0 +1,58 @@
+#include "drivers/export_unit.h"
+
+#include <memory>
+#include <utility>
+
+#include "core/base/error.h"
+#include "drivers/coolscan/models.h"
+#include "drivers/sim/simulated_unit.h"
+#include "drivers/usbip/exported_device.h"
+#include "drivers/usbip/listen_socket.h"
+#include "drivers/usbip/server.h"
+
+namespace reseau {
+namespace {
+
+constexpr int kHighSpeedPacket = 512;
+
+// LS-5000 interface specification, USB descriptors; LS-50 and LS-40 firmware.
+usbip::DeviceDescription coolscan_description(const UsbIdentity& identity) {
+  constexpr std::uint16_t kLs40 = 0x4000, kLs50 = 0x4001;
+  usbip::DeviceDescription device;
+  device.vendor_id = identity.vendor_id;
+  device.product_id = identity.product_id;
+  device.bcd_device = identity.bcd_device;
+  device.high_speed = identity.max_packet_bytes >= kHighSpeedPacket;
+  device.bcd_usb = device.high_speed ? 0x0200 : 0x0110;
+  device.manufacturer = "Nikon";
+  const coolscan::Model* const model =
+      coolscan::model_by_usb_id(identity.vendor_id, identity.product_id);
+  device.product = model == nullptr ? "Scanner" : std::string(model->product);
+  device.serial = identity.serial;
+  device.endpoints = {{0x01, false, 0, 0}, {0x82, false, 0, 0}};
+  // The LS-50's descriptor has a serial; which one a real unit has says nothing about this one.
+  if (identity.product_id == kLs50 && device.serial.empty()) device.serial = "SIM00001";
+  if (identity.product_id == kLs40) {
+    device.control_packet_bytes = 8;
+    device.endpoints.push_back({0x83, true, 8, 0xC8});
+  }
+  return device;
+}
+
+}  // namespace
+
+void export_unit(const ExportOptions& options, const ExportTalk& talk,
+                 const std::stop_token& stop) {
+  const std::unique_ptr<UsbTransport> unit = sim::open_simulated_unit(options.device_name);
+  usbip::ExportedDevice device(coolscan_description(unit->identity()), *unit);
+  const usbip::ListenSocket listener(options.listen);
+  if (listener.open_to_others()) {
+    talk.note("Other computers can reach " + listener.address() +
+              ", and nobody is asked for a password.");
+  }
+  talk.ready(listener.address(),
+             device.description().manufacturer + " " + device.description().product);
+  usbip::serve(listener, device, stop, talk.note);
+}
+
+}  // namespace reseau
