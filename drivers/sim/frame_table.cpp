@@ -61,6 +61,28 @@ Sense FrameTable::set_frames(ByteView data) {
   return kGood;
 }
 
+Sense FrameTable::set_rectangles(ByteView data) {
+  constexpr std::uint32_t kMost = 40;
+  if (data.size() < 4) return kBadParameter;
+  const std::uint32_t n = data[2];
+  // The length counts itself and everything.
+  if (n < 1 || n > kMost || get16(data, 0) != 16 * n + 4 || data.size() != 16 * n + 4) {
+    return kBadParameter;
+  }
+  rectangles_.assign(data.begin(), data.end());
+  return kGood;
+}
+
+Bytes FrameTable::rectangles_reply() const {
+  const Bytes none{0, 4, 0, 0};
+  const Bytes& data = rectangles_.empty() ? none : rectangles_;
+  Bytes reply;
+  put16(reply, 0x8800);
+  put32(reply, static_cast<std::uint32_t>(data.size()));
+  append(reply, data);
+  return reply;
+}
+
 void FrameTable::index(int n_lines, std::uint32_t film_length) {
   line_positions_.clear();
   for (int line = 0; line < n_lines; ++line) {

@@ -1,6 +1,6 @@
-// Where the frames of a strip are: data types 8E (perforations) and 8F (frames), and how the table
-// steers the film. Source: LS-5000 interface specification, strip film; recorded Nikon Scan
-// session.
+// Where the frames of a strip are: data types 8E (perforations), 8F (frames) and 88 (rectangles),
+// and how the table steers the film. Source: LS-5000 interface specification, strip film; recorded
+// Nikon Scan session.
 #pragma once
 
 #include <cstdint>
@@ -33,6 +33,10 @@ class FrameTable {
   [[nodiscard]] Bytes perforations_reply(bool swapped) const;
   // Data of SEND 8F.
   [[nodiscard]] Sense set_frames(ByteView data);
+  // Data of SEND 88, rectangles of frames, and what READ 88 gives back. On strip film they are kept
+  // and steer nothing.
+  [[nodiscard]] Sense set_rectangles(ByteView data);
+  [[nodiscard]] Bytes rectangles_reply() const;
   // A thumbnail of n_lines was taken of a film that is film_length units long.
   void index(int n_lines, std::uint32_t film_length);
 
@@ -44,6 +48,7 @@ class FrameTable {
  private:
   [[nodiscard]] std::optional<FrameRecord> frame_of(std::uint32_t address) const;
   std::vector<FrameRecord> frames_;
+  Bytes rectangles_;  // empty: none were sent
   int capacity_;
   bool from_host_ = false;
   std::vector<std::uint32_t> line_positions_;  // one per counted thumbnail line

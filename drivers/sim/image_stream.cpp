@@ -113,8 +113,8 @@ void ImageStream::append_record(int record, Bytes& to) {
   for (int r = 0; r < layout_.readings; ++r) {
     const std::size_t n_planes = r == 0 ? layout_.planes.size() : layout_.visible_planes();
     for (std::size_t p = 0; p < n_planes; ++p) {
-      append_plane(band, r, layout_.planes[p], first_line, to);
       append_pad(layout_.plane_pad, to);
+      append_plane(band, r, layout_.planes[p], first_line, to);
     }
     append_pad(r == 0 ? layout_.first_pad : layout_.other_pad, to);
   }

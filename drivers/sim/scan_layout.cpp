@@ -80,8 +80,8 @@ CooperationRequest padding_request(const ScanLayout& layout) {
   const std::size_t main_pad = layout.readings > 1 ? layout.other_pad : layout.first_pad;
   const int surplus = layout.n_records() * layout.lines_per_record() - layout.n_lines;
   if (layout.plane_pad > 0) {
-    record[5] |= 0x02;
-    set16(record, 9, static_cast<std::uint32_t>(layout.plane_pad));
+    record[5] |= 0x01;
+    set16(record, 7, static_cast<std::uint32_t>(layout.plane_pad));
   }
   if (main_pad > 0 || (infrared_once && layout.first_pad > 0)) record[5] |= 0x08;
   set16(record, 13, static_cast<std::uint32_t>(main_pad / per_line));

@@ -15,8 +15,8 @@
 namespace reseau::sim {
 
 // A record is the smallest unit a READ may end at: one film line, or two in two-line mode. It
-// consists of one block per reading; every block is its colour planes, each followed by
-// plane_pad bytes, then pad bytes.
+// consists of one block per reading; every block is its colour planes, each after plane_pad bytes,
+// then pad bytes.
 struct ScanLayout {
   std::vector<int> window_ids;      // as listed by SCAN
   std::vector<std::size_t> planes;  // indices of R G B IR in the order of the wire

@@ -114,7 +114,6 @@ class Unit {
   std::vector<int> scan_ids_;
   std::deque<CooperationRequest> requests_;  // not yet raised
   std::optional<CooperationRequest> raised_;
-  bool raised_was_read_ = false;
   bool requests_open_ = false;
   std::unique_ptr<ImageStream> stream_;
   std::uint64_t n_passes_ = 0;

@@ -17,7 +17,8 @@ constexpr double kBlurPerFocusStep = 0.015;
 // The same for a lens: at f/8 it widens the blur disc as much.
 constexpr double kMicrometrePerFocusStep = 3;
 constexpr std::uint8_t kImage = 0x00, kLut = 0x03, kCooperation = 0x87, kWhiteBalance = 0x8c;
-constexpr std::uint8_t kPerforations = 0x8e, kFrames = 0x8f, kCurves = 0x91, kLeak = 0x93;
+constexpr std::uint8_t kRectangles = 0x88, kPerforations = 0x8e, kFrames = 0x8f, kCurves = 0x91,
+                       kLeak = 0x93;
 
 std::optional<std::size_t> plane_of_colour(int colour) {
   switch (colour) {
@@ -45,6 +46,7 @@ std::optional<int> element_code(std::uint8_t type) {
     case kPerforations:
       return 0;
     case kWhiteBalance:
+    case kRectangles:
     case kFrames:
       return 3;
     default:
@@ -84,12 +86,12 @@ Sense Unit::scan(ByteView ids) {
       requests_.push_back(std::move(request));
     }
   }
-  if (raised_ && !raised_was_read_) return raised_->sense;
+  // Each job is asked for once: a host that repeats SCAN without having read the record (SANE) has
+  // taken note of it.
   raised_.reset();
   if (!requests_.empty()) {
     raised_ = std::move(requests_.front());
     requests_.pop_front();
-    raised_was_read_ = false;
     return raised_->sense;
   }
   requests_open_ = false;
@@ -186,7 +188,6 @@ std::optional<Bytes> Unit::read_data(std::uint8_t type, int colour, std::size_t 
     }
     case kCooperation: {
       if (!raised_) return with_header(kCooperation, 0x08, Bytes(12, 0));
-      if (length >= raised_->reply.size()) raised_was_read_ = true;
       return raised_->reply;
     }
     case kWhiteBalance: {
@@ -197,6 +198,8 @@ std::optional<Bytes> Unit::read_data(std::uint8_t type, int colour, std::size_t 
     }
     case kPerforations:
       return frames_.perforations_reply(length != 9);
+    case kRectangles:
+      return frames_.rectangles_reply();
     case kFrames:
       return frames_.frames_reply();
     case kCurves: {
@@ -216,7 +219,7 @@ CommandReply Unit::send(ByteView cdb) const {
   const std::optional<int> code = element_code(type);
   const bool lut = type == kLut && model_->has_lut && plane_of_colour(cdb[4]) &&
                    length == std::size_t{2} << model_->adc_bits;
-  if (!code || *code != cdb[5] || (!lut && type != kFrames)) {
+  if (!code || *code != cdb[5] || (!lut && type != kFrames && type != kRectangles)) {
     return CommandReply::status(kBadCdb);
   }
   if (length == 0) return CommandReply::status(kGood);
@@ -225,6 +228,7 @@ CommandReply Unit::send(ByteView cdb) const {
 
 Sense Unit::send_data(std::uint8_t type, int colour, ByteView data) {
   if (type == kFrames) return frames_.set_frames(data);
+  if (type == kRectangles) return frames_.set_rectangles(data);
   const std::optional<std::size_t> plane = plane_of_colour(colour);
   CHECK(plane.has_value());
   std::vector<std::uint16_t> table;

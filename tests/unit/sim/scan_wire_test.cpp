@@ -155,15 +155,37 @@ TEST(Scan, EightBitOddWidthHasAPadBytePerColour) {
   set_windows(host, {1, 2, 3}, {.depth = 8, .width = 31, .height = 2});
   const std::vector<std::string> records = start(host, "010203");
   ASSERT_EQ(records.size(), 1U);
-  EXPECT_EQ(records[0].substr(10, 2), "0a") << "each colour's end, and the line's";
-  EXPECT_EQ(records[0].substr(18, 4), "0001");
+  EXPECT_EQ(records[0].substr(10, 2), "09") << "each colour's start, and the line's end";
+  EXPECT_EQ(records[0].substr(14, 4), "0001");
   EXPECT_EQ(records[0].substr(26, 4), "01a0");  // 512 - 3 * 32
   const Exchange e = read_image(host, 1024);
   ASSERT_EQ(e.data.size(), 1024U);
   for (std::size_t colour = 0; colour < 3; ++colour) {
-    EXPECT_EQ(e.data[colour * 32 + 31], 0xaa);
+    EXPECT_EQ(e.data[colour * 32], 0xaa);
   }
   EXPECT_EQ(e.data[96], 0xaa);
+}
+
+TEST(Scan, EachJobIsAskedForOnceEvenOfAHostThatReadsNoRecord) {
+  SimHost host = ready_host("sim:ls5000?width_px=64&height_px=64");
+  set_windows(host, {1, 2, 3}, {.width = 32, .height = 2});
+  EXPECT_EQ(host.send("1b0000000300", "010203").status, "0209800601000000");
+  EXPECT_EQ(host.send("1b0000000300", "010203").status, SimHost::kGoodStatus);
+  EXPECT_EQ(read_image(host, 512).status, SimHost::kGoodStatus);
+}
+
+TEST(Scan, RectanglesOfFramesAreCheckedAndKept) {
+  SimHost host = ready_host("sim:ls5000?width_px=64&height_px=64");
+  const Bytes one = from_hex("0014 01 00 00000000 00000000 00001746 00000F69");
+  EXPECT_EQ(host.run("2a008800000300001400", 0, one).status, SimHost::kGoodStatus);
+  Bytes kept = from_hex("8800 00000014");
+  kept.insert(kept.end(), one.begin(), one.end());
+  EXPECT_EQ(host.run("28008800000300001a80", 26).data, kept);
+  EXPECT_EQ(host.run("2a008800000300000400", 0, from_hex("00040000")).status, "0205260000000000")
+      << "no frame at all";
+  Bytes wrong = one;
+  wrong[1] = 0x12;
+  EXPECT_EQ(host.run("2a008800000300001400", 0, wrong).status, "0205260000000000");
 }
 
 TEST(Scan, Ls50LookupTableIsAppliedAndDepthsAgree) {

@@ -1,0 +1,43 @@
+#include "tests/e2e/usb/exported_unit.h"
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+namespace reseau::testing {
+
+ExportedUnit::ExportedUnit(const std::string& model, const std::vector<std::string>& settings)
+    : address_("unix:" + file("scanner.sock")) {
+  std::vector<std::string> words{RESEAU_BINARY, "simulate", "--usbip", address_, "--model", model};
+  words.insert(words.end(), settings.begin(), settings.end());
+  server_ = std::make_unique<Process>(words);
+  EXPECT_TRUE(server_->wait_for_line([this](const std::string& line) { return line == address_; },
+                                     std::chrono::seconds(30)));
+  std::filesystem::create_directory(file("sane.d"));
+  test::write_bytes(file("sane.d/dll.conf"), "coolscan3\n");
+  test::write_bytes(file("sane.d/coolscan3.conf"), "auto\n");
+}
+
+ProcessResult ExportedUnit::run(std::vector<std::string> program,
+                                std::vector<std::string> environment) const {
+  program.insert(program.begin(), {RESEAU_USBIP_HOST, address_});
+  ProcessOptions options;
+  options.environment = std::move(environment);
+  const ProcessResult result = run_process(program, options);
+  EXPECT_FALSE(result.timed_out) << result.err;
+  return result;
+}
+
+ProcessResult ExportedUnit::scanimage(std::vector<std::string> arguments) const {
+  arguments.insert(arguments.begin(), RESEAU_SCANIMAGE);
+  return run(std::move(arguments), {"SANE_CONFIG_DIR=" + file("sane.d")});
+}
+
+ProcessResult ExportedUnit::stop() {
+  server_->send(SIGINT);
+  return server_->wait(std::chrono::seconds(20));
+}
+
+}  // namespace reseau::testing
