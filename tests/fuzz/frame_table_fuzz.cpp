@@ -1,0 +1,21 @@
+// Frame tables: as a unit sends them to the driver, as a driver sends them to the simulated unit.
+#include "core/base/error.h"
+#include "drivers/coolscan/pages.h"
+#include "drivers/sim/frame_table.h"
+#include "tests/fuzz/fuzz_input.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  try {
+    static_cast<void>(reseau::coolscan::parse_frame_table(reseau::fuzz::view(data, size)));
+  } catch (const reseau::DeviceError&) {
+    // said, not crashed
+  }
+  reseau::sim::FrameTable table(6);
+  const bool kept = table.set_frames({data, size}).good();
+  if (kept && table.frames_reply().size() != size + 6) __builtin_trap();
+  if (table.set_rectangles({data, size}).good() && table.rectangles_reply().size() != size + 6) {
+    __builtin_trap();
+  }
+  static_cast<void>(table.film_position(5959));
+  return 0;
+}
