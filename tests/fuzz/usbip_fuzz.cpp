@@ -10,8 +10,8 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   namespace usbip = reseau::usbip;
   if (size == 0) return 0;
-  static const auto unit =
-      reseau::sim::open_simulated_unit("sim:ls5000?width_px=64&height_px=64&border_px=0&rebate_px=0&cells=1");
+  static const auto unit = reseau::sim::open_simulated_unit(
+      "sim:ls5000?width_px=64&height_px=64&border_px=0&rebate_px=0&cells=1");
   usbip::DeviceDescription description;
   description.endpoints = {{0x01, false, 0, 0}, {0x82, false, 0, 0}, {0x83, true, 8, 0xC8}};
   usbip::ExportedDevice device(description, *unit);
