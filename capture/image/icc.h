@@ -21,11 +21,12 @@ namespace reseau {
 struct IccTone {
   ToneCurves curves = ToneCurves::linear();  // R G B from the profile, infrared linear
   bool linear = true;                        // the curves are straight to 1e-5
-  std::string note;                          // a sentence: what was found and done
+  // The profile is a table: the samples must go through IccTable::to_linear_light() first.
+  bool through_table = false;
+  std::string note;  // a sentence: what was found and done
 };
 
-// Curves of an RGB profile: those of a matrix profile as they are; of a table (LUT) profile the
-// luminance of its neutral axis, the same for the three channels, as the note says. A profile that
+// Curves of a matrix profile of RGB, or what is to be done for one that is a table. A profile that
 // is damaged or not of RGB is taken as linear and the note says so; never throws for its contents.
 [[nodiscard]] IccTone tone_of_icc(std::span<const std::byte> icc);
 

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "capture/image/icc.h"
+#include "capture/image/icc_table.h"
 #include "capture/image/infrared_plane.h"
 #include "capture/image/tiff_file.h"
 #include "capture/image/tiff_pixels.h"
@@ -76,7 +77,8 @@ void read_metadata(const TiffFile& file, Scan& scan) {
   }
 }
 
-void choose_tone(const ReadScanOptions& options, Scan& scan) {
+// Returns true when the samples have to go through the table of the profile.
+bool choose_tone(const ReadScanOptions& options, Scan& scan) {
   if (options.gamma) {
     scan.tone = ToneCurves::gamma(*options.gamma);
     if (!scan.icc.empty()) scan.notes.emplace_back("The embedded colour profile is not used.");
@@ -87,7 +89,24 @@ void choose_tone(const ReadScanOptions& options, Scan& scan) {
     IccTone tone = tone_of_icc(scan.icc);
     scan.tone = std::move(tone.curves);
     scan.notes.push_back(std::move(tone.note));
+    return tone.through_table;
   }
+  return false;
+}
+
+// The scan in memory, red, green and blue as linear light by the profile.
+void go_through_table(Scan& scan) {
+  const auto table = IccTable::open(scan.icc);
+  const LineFormat format = scan.source->format();
+  std::vector<std::uint16_t> samples(format.samples_per_line() *
+                                     static_cast<std::size_t>(format.n_lines));
+  scan.source->read(0, format.n_lines, samples);
+  if (const auto n_outside = table->to_linear_light(format, samples); n_outside > 0) {
+    scan.notes.push_back(std::to_string(n_outside) +
+                         " samples are, by the profile, outside of what ProPhoto RGB holds and "
+                         "were clipped.");
+  }
+  scan.source = std::make_shared<MemoryLineSource>(format, std::move(samples));
 }
 
 LineFormat format_of(const TiffPage& page, int n_lines) {
@@ -186,7 +205,7 @@ Scan read_scan(const std::filesystem::path& path, const ReadScanOptions& options
   Scan scan;
   scan.file_bits = page.bits;
   read_metadata(file, scan);
-  choose_tone(options, scan);
+  const bool through_table = choose_tone(options, scan) && page.samples >= 3;
   if (page.orientation != 1) {
     scan.notes.emplace_back(
         "The file asks to be shown turned or mirrored; the pixels are used as they are stored.");
@@ -231,6 +250,10 @@ Scan read_scan(const std::filesystem::path& path, const ReadScanOptions& options
   }
   if (!scan.source) {
     scan.source = std::make_shared<MemoryLineSource>(format, std::move(pixels.samples));
+  }
+  if (through_table) {
+    require_memory(file, memory_limit(options));
+    go_through_table(scan);
   }
   return scan;
 }

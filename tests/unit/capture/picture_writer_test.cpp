@@ -223,44 +223,5 @@ TEST(Icc, DamagedAndForeignProfilesAreTakenAsLinear) {
   EXPECT_NE(tone_of_icc(bytes).note.find("not one of RGB"), std::string::npos);
 }
 
-// A table profile: RGB to Lab through a gamma of 2 on its neutral axis.
-cmsInt32Number sample_lut(const cmsUInt16Number in[], cmsUInt16Number out[], void* /*cargo*/) {
-  const double y = std::pow((in[0] + in[1] + in[2]) / 3.0 / 65535.0, 2);
-  const double f = y > 216.0 / 24389 ? std::cbrt(y) : (24389.0 / 27 * y + 16) / 116;
-  const cmsCIELab lab = {116 * f - 16, 0, 0};
-  cmsFloat2LabEncodedV2(out, &lab);
-  return 1;
-}
-
-TEST(Icc, TableProfileGivesItsNeutralAxis) {
-  cmsHPROFILE profile = cmsCreateProfilePlaceholder(nullptr);
-  cmsSetProfileVersion(profile, 2.1);
-  cmsSetDeviceClass(profile, cmsSigInputClass);
-  cmsSetColorSpace(profile, cmsSigRgbData);
-  cmsSetPCS(profile, cmsSigLabData);
-  cmsPipeline* lut = cmsPipelineAlloc(nullptr, 3, 3);
-  cmsStage* clut = cmsStageAllocCLut16bit(nullptr, 33, 3, 3, nullptr);
-  cmsStageSampleCLut16bit(clut, sample_lut, nullptr, 0);
-  cmsPipelineInsertStage(lut, cmsAT_BEGIN, clut);
-  ASSERT_TRUE(cmsWriteTag(profile, cmsSigAToB0Tag, lut));
-  cmsUInt32Number size = 0;
-  cmsSaveProfileToMem(profile, nullptr, &size);
-  std::vector<std::byte> bytes(size);
-  ASSERT_TRUE(cmsSaveProfileToMem(profile, bytes.data(), &size));
-  cmsPipelineFree(lut);
-  cmsCloseProfile(profile);
-
-  const IccTone tone = tone_of_icc(bytes);
-  EXPECT_FALSE(tone.linear);
-  EXPECT_NE(tone.note.find("neutral axis"), std::string::npos) << tone.note;
-  for (const std::size_t i : {10'000U, 32'768U, 50'000U}) {
-    const double x = static_cast<double>(i) / 65535;
-    // The table of the profile has 33 steps only.
-    EXPECT_NEAR(tone.curves.table(0)[i], x * x, 0.003);
-    EXPECT_EQ(tone.curves.table(2)[i], tone.curves.table(0)[i]);
-    EXPECT_NEAR(tone.curves.table(3)[i], x, 1e-6);
-  }
-}
-
 }  // namespace
 }  // namespace reseau
