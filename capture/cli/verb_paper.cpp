@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -31,7 +32,7 @@ constexpr int kBorder_px = 100, kEvery = 4;
 struct PaperArguments {
   std::string output = "paper";
   ReadChoice scan;
-  double white_level = 1;
+  double white_level = 1, black_level = kPaperBlack, blur_px = kPaperBlur_px;
 };
 
 // Keeps the pixels that are compared, nothing else.
@@ -59,29 +60,43 @@ class Sampler final : public RgbRowSink {
   int width_ = 0, height_ = 0;
 };
 
-std::vector<Vector3> intensities_of(const PaperArguments& options, Work& work) {
-  Reporter& reporter = work.reporter;
-  const Scan scan = options.scan.read(reporter);
-  RegisterOptions register_options;
-  register_options.tone = scan.tone;
-  const auto registration =
-      register_screen(*scan.source, register_options, {}, work.signals.stop());
-  if (!registration.found) {
-    throw Failure(kExitInput, options.scan.file + ": no réseau was found. " + registration.reason);
-  }
-  ReconstructOptions reconstruct_options;
-  reconstruct_options.tone = scan.tone;
-  reconstruct_options.white_level = options.white_level;
+std::vector<Vector3> intensities_of(const Scan& scan, const Registration& registration,
+                                    const ReconstructOptions& options, const std::string& file,
+                                    const std::stop_token& stop) {
   Sampler sampler;
-  static_cast<void>(reconstruct(*scan.source, registration, reconstruct_options, sampler, {},
-                                work.signals.stop()));
+  static_cast<void>(reconstruct(*scan.source, registration, options, sampler, {}, stop));
   if (sampler.intensities.size() < 100) {
     throw Failure(kExitInput,
                   fmt::format("{} is too small: inside a border of {} px hardly a pixel "
                               "is left to compare.",
-                              options.scan.file, kBorder_px));
+                              file, kBorder_px));
   }
-  return sampler.intensities;
+  return std::move(sampler.intensities);
+}
+
+// The scan with Color-Screen's parameters, for the comparison, and by itself.
+PaperReport report_of_scan(const PaperArguments& options, Work& work) {
+  const std::stop_token stop = work.signals.stop();
+  const Scan scan = options.scan.read(work.reporter);
+  RegisterOptions register_options;
+  register_options.tone = scan.tone;
+  const auto registration = register_screen(*scan.source, register_options, {}, stop);
+  if (!registration.found) {
+    throw Failure(kExitInput, options.scan.file + ": no réseau was found. " + registration.reason);
+  }
+  ReconstructOptions own;
+  own.tone = scan.tone;
+  own.white_level = options.white_level;
+  ReconstructOptions as_compared = own;
+  as_compared.black_level = options.black_level;
+  as_compared.blur_px = options.blur_px;
+  const std::string& file = options.scan.file;
+  return paper_of_scan(
+      intensities_of(scan, registration, as_compared, file, stop),
+      intensities_of(scan, registration, own, file, stop),
+      fmt::format("blur {} px and black {}, by default those of the parameter file of "
+                  "Color-Screen's crop; below, the blur that the scan shows, and no black level",
+                  options.blur_px, options.black_level));
 }
 
 void write_png(const std::filesystem::path& path, const std::string& set) {
@@ -118,7 +133,9 @@ ExitCode run(const PaperArguments& options, Work& work) {
   }
   PaperReport report = make_paper();
   if (!options.scan.file.empty()) {
-    const PaperReport more = paper_of_scan(intensities_of(options, work));
+    const PaperReport more =
+        as_failure(Doing::kReadingOptions, [&] { return report_of_scan(options, work); });
+    report.scan_parameters = more.scan_parameters;
     report.figures.insert(report.figures.end(), more.figures.begin(), more.figures.end());
     report.files.insert(report.files.end(), more.files.begin(), more.files.end());
   }
@@ -167,6 +184,13 @@ void add_paper(Program& program) {
       ->group("Scan");
   app->add_option("--white", options->white_level,
                   "Linear value of clear film in the scan, 1 = full scale (default 1)")
+      ->group("Scan");
+  app->add_option("--black", options->black_level,
+                  "Linear value of the scan without light, for the comparison with Color-Screen; "
+                  "default 0.014328,\nas its crop says")
+      ->group("Scan");
+  app->add_option("--blur", options->blur_px,
+                  "Blur to undo in the comparison [px]; default 0.5, as Color-Screen's crop says")
       ->group("Scan");
   program.prints_own_json(app);
 }

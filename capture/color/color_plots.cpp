@@ -17,6 +17,9 @@ constexpr std::array<const char*, 3> kElementNames{"red", "green", "blue"};
 constexpr std::array<const char*, 3> kElementColors{"#c62828", "#2e7d32", "#1e4fbf"};
 constexpr std::array<const char*, 8> kSetColors{"#000000", "#c62828", "#1e4fbf", "#2e7d32",
                                                 "#ef6c00", "#6a1b9a", "#00838f", "#795548"};
+// Names stand under the curves in four columns, three rows or more.
+std::size_t name_rows(std::size_t n_curves) { return std::max<std::size_t>(3, (n_curves + 3) / 4); }
+
 // The angle of the first printing to the edge of the film (Hubicka et al. 2025).
 constexpr double kPrintingAngle_deg = 23;
 
@@ -49,7 +52,10 @@ void draw_triangle(SvgPage& page, const PlotArea& area, const DiagramTriangle& t
   }
   page.path(corners, stroke, true);
   for (const Vec2& corner : corners) page.dot(corner, 2.4, stroke.color);
-  page.dot(area.at(triangle.white[0], triangle.white[1]), 2.4, stroke.color);
+  // A cross for the white: several may lie on each other, and on their triangles' lines.
+  const Vec2 white = area.at(triangle.white[0], triangle.white[1]);
+  page.line(white - Vec2{4, 0}, white + Vec2{4, 0}, stroke);
+  page.line(white - Vec2{0, 4}, white + Vec2{0, 4}, stroke);
 }
 
 void draw_diagram(SvgPage& page, Vec2 corner, const std::string& title,
@@ -75,23 +81,39 @@ void draw_diagram(SvgPage& page, Vec2 corner, const std::string& title,
   legend("sRGB", {"#888888", 0.8, "4 3"});
 }
 
+// Solid between the readings, dashed where it is only continued.
+void draw_curve(SvgPage& page, const PlotArea& area, const TransmittanceCurve& curve) {
+  const Spectrum& spectrum = curve.transmittance;
+  std::array<std::vector<Vec2>, 3> parts;  // before, between, beyond the readings
+  for (int i = 0; i < spectrum.grid.count; ++i) {
+    const double nm = spectrum.grid.wavelength_nm(i);
+    const Vec2 at = area.at(nm, 100 * spectrum.values[static_cast<std::size_t>(i)]);
+    if (nm <= curve.read_from_nm) parts[0].push_back(at);
+    if (nm >= curve.read_from_nm && nm <= curve.read_to_nm) parts[1].push_back(at);
+    if (nm >= curve.read_to_nm) parts[2].push_back(at);
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].size() < 2) continue;
+    const bool read = i == 1;
+    page.path(parts[i], {curve.color, read ? 1.6 : 0.8, read ? "" : "2 3"});
+  }
+}
+
 void draw_curves(SvgPage& page, Vec2 corner, const std::string& title,
                  const std::vector<TransmittanceCurve>& curves) {
   const PlotArea area(corner + Vec2{55, 50}, 480, 450, {380, 0}, {780, 100});
   page.text(corner + Vec2{55, 22}, title, 13);
-  area.draw_axes(page, {50, 10}, 0, "wavelength [nm]", "transmittance [%]");
-  double y = 0;
-  for (const TransmittanceCurve& curve : curves) {
-    std::vector<Vec2> points;
-    for (int i = 0; i < curve.transmittance.grid.count; ++i) {
-      points.push_back(area.at(curve.transmittance.grid.wavelength_nm(i),
-                               100 * curve.transmittance.values[static_cast<std::size_t>(i)]));
-    }
-    page.path(points, {curve.color, 1.6, ""});
-    const Vec2 at = corner + Vec2{65, 64 + y};
-    page.line(at, at + Vec2{20, 0}, {curve.color, 1.6, ""});
-    page.text(at + Vec2{26, 4}, curve.name, 10);
-    y += 15;
+  area.draw_axes(page, {40, 10}, 0, "wavelength [nm]", "transmittance [%]");
+  const std::size_t n_rows = name_rows(curves.size());
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const TransmittanceCurve& curve = curves[i];
+    draw_curve(page, area, curve);
+    // Names run down the columns: the elements of one source stand under each other.
+    const auto row = static_cast<double>(i % n_rows),
+               column_of_names = static_cast<double>(i / n_rows);
+    const Vec2 at = corner + Vec2{20 + 137 * column_of_names, 548 + 14 * row};
+    page.line(at, at + Vec2{16, 0}, {curve.color, 1.6, ""});
+    page.text(at + Vec2{20, 3}, curve.name, 8);
   }
 }
 
@@ -133,7 +155,7 @@ std::string chromaticity_svg(const std::string& title,
 
 std::string transmittance_svg(const std::string& title,
                               const std::vector<TransmittanceCurve>& curves) {
-  SvgPage page(570, 560);
+  SvgPage page(570, 556 + 14 * static_cast<double>(name_rows(curves.size())));
   draw_curves(page, {0, 0}, title, curves);
   return page.str();
 }
@@ -141,8 +163,10 @@ std::string transmittance_svg(const std::string& title,
 std::vector<TransmittanceCurve> element_curves(const PrimarySet& set, const DyeState& dyes) {
   std::vector<TransmittanceCurve> curves;
   for (std::size_t i = 0; i < 3; ++i) {
-    curves.push_back(
-        {kElementNames[i], kElementColors[i], element_transmittance(set, i, {380, 1, 401}, dyes)});
+    const std::vector<ChartPoint>& read = set.charts->points[i];
+    curves.push_back({kElementNames[i], kElementColors[i],
+                      element_transmittance(set, i, {380, 1, 401}, dyes),
+                      read.front().wavelength_nm, read.back().wavelength_nm});
   }
   return curves;
 }
@@ -155,7 +179,7 @@ std::string primary_set_svg(const ColorRecipe& recipe) {
        chromaticity_of(white_of(viewing.light, viewing.step))}};
   const std::string title = name + " under " + viewing.light.name;
   if (!recipe.primaries.charts) return chromaticity_svg(title, triangles);
-  SvgPage page(1060, 560);
+  SvgPage page(1060, 556 + 14 * static_cast<double>(name_rows(3)));
   draw_diagram(page, {0, 0}, title, triangles);
   draw_curves(page, {490, 0}, name, element_curves(recipe.primaries, viewing.dyes));
   return page.str();

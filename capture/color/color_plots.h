@@ -23,8 +23,10 @@ struct TransmittanceCurve {
   std::string name;
   std::string color;  // "#rrggbb"
   Spectrum transmittance;
+  // The readings; beyond them the curve is only continued, and drawn dashed.
+  double read_from_nm = 380, read_to_nm = 780;
 };
-// 380..780 nm, 0..100 %.
+// 380..780 nm, 0..100 %, the names below.
 [[nodiscard]] std::string transmittance_svg(const std::string& title,
                                             const std::vector<TransmittanceCurve>& curves);
 // The three elements of a set with spectra.

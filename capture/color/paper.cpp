@@ -174,7 +174,10 @@ void add_plots(PaperReport& report) {
     report.files.push_back(
         {"transmittance_" + set.name + ".svg", transmittance_svg(set.name, curves)});
     for (const TransmittanceCurve& curve : curves) {
-      all.push_back({set.name + " " + curve.name, kFig2Colors[i], curve.transmittance});
+      TransmittanceCurve named = curve;
+      named.name = set.name + " " + curve.name;
+      named.color = kFig2Colors[i];
+      all.push_back(named);
     }
   }
   report.files.push_back({"transmittance.svg", transmittance_svg("Fig. 2: the four sources", all)});
@@ -227,14 +230,15 @@ PaperReport make_paper() {
 }
 
 std::string paper_text(const PaperReport& report) {
-  constexpr std::array<std::pair<const char*, const char*>, 7> kParts{
+  constexpr std::array<std::pair<const char*, const char*>, 8> kParts{
       {{"areas", "Areas of the elements"},
        {"tab1", "Tab. 1: Cornwell-Clyne 1951, p. 290"},
        {"tab2", "Tab. 2: the same, corrected"},
        {"tab3", "Tab. 3: ΔE2000, balance brightness (scene fitted to Fig. 3)"},
        {"tab4", "Tab. 4: ΔE2000, balance neutral (scenes fitted to Fig. 3 and Fig. 6)"},
        {"claims", "Claims of the text"},
-       {"scan", "The scan that was given"}}};
+       {"scan", "The scan, reconstructed with the parameters that Color-Screen was given"},
+       {"scan-own", "The scan, as this program reconstructs it by itself (no limits)"}}};
   std::string text =
       "Hubička, Kimrová, Konečný, arXiv:2501.06216, recomputed from the printed sources.\n"
       "Spectra summed over 380 to 780 nm in steps of 5, CIE 1931 2° observer; sets of x, y, Y "
@@ -253,6 +257,7 @@ std::string paper_text(const PaperReport& report) {
       last_remark = figure.remark;
     }
     if (lines.empty()) continue;
+    if (part == std::string_view("scan")) lines += "    " + report.scan_parameters + "\n";
     text += fmt::format("\n{}\n  {:<76}{:>10}{:>10}{:>10}\n", title, "", "ours", "published",
                         "deviation") +
             lines;

@@ -127,7 +127,45 @@ double count_involving(std::span<const Pair> pairs, std::string_view set) {
       pairs.begin(), pairs.end(), [set](const Pair& pair) { return involves(pair, set); }));
 }
 
-void add_orders(PaperReport& report, const std::vector<Pair>& brightness,
+// The figures of one reconstruction of the scan; without limits they are only shown.
+class ScanFigures {
+ public:
+  ScanFigures(PaperReport& report, const char* part, bool judged)
+      : report_(report), part_(part), judged_(judged) {}
+
+  void lowest(const std::string& what, double value, double limit) {
+    at_least(report_, part_, what, value, limit);
+    unless_judged(limit);
+  }
+  void highest(const std::string& what, double value, double limit) {
+    at_most(report_, part_, what, value, limit);
+    unless_judged(limit);
+  }
+  void beside(const std::string& what, double ours, double theirs) {
+    report_.figures.push_back({part_, what, ours, theirs, "", true, ""});
+  }
+
+ private:
+  void unless_judged(double limit) {
+    if (judged_) return;
+    PaperFigure& figure = report_.figures.back();
+    figure.limit.clear();
+    if (!figure.held) {
+      figure.remark = fmt::format(
+          "beyond the {} that is asked above: Color-Screen's picture was made with another blur "
+          "and "
+          "black",
+          limit);
+    }
+    figure.held = true;
+  }
+
+  PaperReport& report_;
+  const char* part_;
+  bool judged_;
+};
+
+void add_orders(ScanFigures& figures, const std::vector<Pair>& brightness,
                 const std::vector<Pair>& neutral) {
   const auto n = sorted(neutral), b = sorted(brightness);
   const auto smallest = std::span(n).first(2);
@@ -135,15 +173,14 @@ void add_orders(PaperReport& report, const std::vector<Pair>& brightness,
       static_cast<double>(std::count_if(smallest.begin(), smallest.end(), [](const Pair& pair) {
         return involves(pair, "harrison-horner-1939") && involves(pair, "collins-giles-1952");
       }));
-  at_least(report, "scan", "neutral: Harrison-Horner – Collins-Giles among the two smallest", among,
-           1);
-  at_least(report, "scan", "neutral: of the three largest, those with Neblette",
-           count_involving(std::span(n).last(3), "neblette-1952"), 3);
-  at_least(report, "scan", "brightness: of the five largest, those with Tab. 1",
-           count_involving(std::span(b).last(5), kCornwellClyne), 5);
+  figures.lowest("neutral: Harrison-Horner – Collins-Giles among the two smallest", among, 1);
+  figures.lowest("neutral: of the three largest, those with Neblette",
+                 count_involving(std::span(n).last(3), "neblette-1952"), 3);
+  figures.lowest("brightness: of the five largest, those with Tab. 1",
+                 count_involving(std::span(b).last(5), kCornwellClyne), 5);
 }
 
-void against_color_screen(PaperReport& report, std::span<const Vector3> scene,
+void against_color_screen(ScanFigures& figures, std::span<const Vector3> scene,
                           const char* balance) {
   std::vector<Pair> pairs;
   double worst = 1;
@@ -153,26 +190,42 @@ void against_color_screen(PaperReport& report, std::span<const Vector3> scene,
                      difference(scene, row.set_a, row.set_b, parse_balance(balance), true),
                      row.mean, row.max});
     const Pair& pair = pairs.back();
-    report.figures.push_back(
-        {"scan", fmt::format("{}: {} – {}, mean, beside Color-Screen's", balance, pair.a, pair.b),
-         pair.ours.mean, pair.mean, "", true, ""});
+    figures.beside(fmt::format("{}: {} – {}, mean, and Color-Screen's", balance, pair.a, pair.b),
+                   pair.ours.mean, pair.mean);
     const double ratio = pair.ours.mean / pair.mean;
     worst = std::max({worst, ratio, 1 / ratio});
   }
-  at_most(report, "scan", fmt::format("{}: largest factor to Color-Screen's means", balance), worst,
-          1.5);
-  at_least(report, "scan", fmt::format("{}: rank correlation with Color-Screen's means", balance),
-           rank_correlation(pairs), 0.90);
+  figures.highest(fmt::format("{}: largest factor to Color-Screen's means", balance), worst, 1.5);
+  figures.lowest(fmt::format("{}: rank correlation with Color-Screen's means", balance),
+                 rank_correlation(pairs), 0.90);
 }
 
-void against_paper(PaperReport& report, const std::vector<Pair>& pairs, const std::string& table,
+void against_paper(ScanFigures& figures, const std::vector<Pair>& pairs, const std::string& table,
                    double rank) {
-  at_least(report, "scan", table + ": rank correlation with the published means",
-           rank_correlation(pairs), rank);
+  figures.lowest(table + ": rank correlation with the published means", rank_correlation(pairs),
+                 rank);
   const double ratio = mean_of(pairs, [](const Pair& p) { return p.ours.mean; }) /
                        mean_of(pairs, [](const Pair& p) { return p.mean; });
-  at_most(report, "scan", table + ": factor between the means of the 15 means",
-          std::max(ratio, 1 / ratio), 1.4);
+  figures.highest(table + ": factor between the means of the 15 means", std::max(ratio, 1 / ratio),
+                  1.4);
+}
+
+void add_scan(PaperReport& report, const char* part, const std::string& file_prefix, bool judged,
+              std::span<const Vector3> intensities) {
+  ScanFigures figures(report, part, judged);
+  against_color_screen(figures, intensities, "brightness");
+  against_color_screen(figures, intensities, "neutral");
+  const auto brightness = pairs_of(intensities, "fig3", "brightness", true);
+  const auto fig6 = pairs_of(intensities, "fig6", "neutral", true);
+  const auto fig3 = pairs_of(intensities, "fig3", "neutral", true);
+  against_paper(figures, brightness, "Tab. 3", 0.95);
+  against_paper(figures, fig6, "Tab. 4, Fig. 6", 0.90);
+  against_paper(figures, fig3, "Tab. 4, Fig. 3", 0.80);
+  add_orders(figures, brightness, fig6);
+  const std::string head = "photograph,a,b,mean,published_mean,max,published_max\n";
+  report.files.push_back({file_prefix + "_tab3.csv", head + csv_of(brightness, "fig3")});
+  report.files.push_back(
+      {file_prefix + "_tab4.csv", head + csv_of(fig3, "fig3") + csv_of(fig6, "fig6")});
 }
 
 }  // namespace
@@ -233,20 +286,12 @@ void add_claims(PaperReport& report) {
                             worst_of_all.max, 4.83, "", true, remark});
 }
 
-PaperReport paper_of_scan(std::span<const Vector3> intensities) {
+PaperReport paper_of_scan(std::span<const Vector3> as_compared, std::span<const Vector3> own,
+                          const std::string& parameters) {
   PaperReport report;
-  against_color_screen(report, intensities, "brightness");
-  against_color_screen(report, intensities, "neutral");
-  const auto brightness = pairs_of(intensities, "fig3", "brightness", true);
-  const auto fig6 = pairs_of(intensities, "fig6", "neutral", true);
-  const auto fig3 = pairs_of(intensities, "fig3", "neutral", true);
-  against_paper(report, brightness, "Tab. 3", 0.95);
-  against_paper(report, fig6, "Tab. 4, Fig. 6", 0.90);
-  against_paper(report, fig3, "Tab. 4, Fig. 3", 0.80);
-  add_orders(report, brightness, fig6);
-  const std::string head = "photograph,a,b,mean,published_mean,max,published_max\n";
-  report.files.push_back({"scan_tab3.csv", head + csv_of(brightness, "fig3")});
-  report.files.push_back({"scan_tab4.csv", head + csv_of(fig3, "fig3") + csv_of(fig6, "fig6")});
+  report.scan_parameters = parameters;
+  add_scan(report, "scan", "scan", true, as_compared);
+  add_scan(report, "scan-own", "scan_own", false, own);
   return report;
 }
 
