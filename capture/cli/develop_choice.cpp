@@ -24,11 +24,26 @@ void DevelopChoice::add_to(CLI::App& app) {
   app.add_option("--white", white_level,
                  "Linear value of clear film in the scan, 1 = full scale (default 1)")
       ->group(group);
+  app.add_option("--black", black_level,
+                 "Linear value of the scan without light, 1 = full scale (default 0)")
+      ->group(group);
+  app.add_option(
+         "--silver-from", silver,
+         "infrared (default; where there is none, red, green and blue), rgb, or a file: the "
+         "receipt of a scan\nof the same scanner and film that has infrared, or such a scan")
+      ->group(group);
+  app.add_option("--blur", blur_px,
+                 "Blur of the silver picture to undo, standard deviation in pixels; default: what "
+                 "the scan shows")
+      ->group(group);
   app.add_option("--threads", n_threads, "Threads; 0 = all cores (default)")
       ->check(CLI::Range(0, 1024))
       ->group(group);
   app.add_flag("--exact", exact, "No shortcut that changes a pixel")->group(group);
   color.add_to(app);
+  app.add_option("--neutral", neutral,
+                 "Make neutral: auto (the picture on average), or an area in pixels as x,y,w,h")
+      ->group(group);
   app.add_option("--view-gamut", view_gamut,
                  "Colours outside sRGB in the view copies: clip (default) or perceptual")
       ->group(group);
@@ -43,10 +58,25 @@ DevelopOptions DevelopChoice::resolve(Reporter& reporter) const {
         "scale.",
         white_level));
   }
+  if (!std::isfinite(black_level) || black_level < 0 || black_level >= white_level) {
+    throw InputError(fmt::format(
+        "--black {} cannot be. It is the linear value of the scan without light, from 0 to below "
+        "that of clear film, {}.",
+        black_level, white_level));
+  }
   DevelopOptions options;
   options.color = color.resolve(reporter);
   options.view_gamut = parse_view_gamut(view_gamut);
   options.white_level = white_level;
+  options.black_level = black_level;
+  if (blur_px && !(*blur_px > 0 && *blur_px <= 10)) {
+    throw InputError(fmt::format(
+        "--blur {} cannot be. It is a standard deviation in pixels, above 0 and at most 10.",
+        *blur_px));
+  }
+  options.blur_px = blur_px;
+  options.silver = parse_silver_choice(silver);
+  if (!neutral.empty()) options.neutral = parse_neutral_area(neutral);
   options.n_threads = n_threads;
   options.exact = exact;
   if (quality != "standard") {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include <CLI/App.hpp>
@@ -17,7 +18,10 @@ struct DevelopChoice {
   std::string view_gamut = "clip";
   std::string quality = "standard";
   std::string geometry = "scan";
-  double white_level = 1.0;
+  std::string neutral;  // empty: nothing is made neutral
+  std::string silver = "infrared";
+  double white_level = 1.0, black_level = 0.0;
+  std::optional<double> blur_px;
   int n_threads = 0;
   bool exact = false;
   bool no_view = false;

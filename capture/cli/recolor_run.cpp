@@ -23,13 +23,15 @@ using nlohmann::ordered_json;
 
 ordered_json receipt_of(const RecolorRequest& request, const Recolored& done,
                         const PictureNames& names) {
-  ordered_json settings = color_to_json(request.color);
+  ordered_json settings = color_to_json(done.color);
+  if (request.neutral) settings["neutral"] = request.neutral->text();
   settings["view_gamut"] = request.view_gamut == ViewGamut::kClip ? "clip" : "perceptual";
   settings["threads"] = request.n_threads;
   ordered_json timings = ordered_json::object();
   put_number(timings, "reading_s", done.seconds_reading);
   put_number(timings, "colour_s", done.seconds_color);
   put_number(timings, "writing_s", done.seconds_writing);
+  put_number(timings, "all_s", done.seconds);
   ordered_json files = ordered_json::array();
   const auto add = [&files](const char* role, const std::filesystem::path& path) {
     files.push_back({{"role", role},
@@ -82,6 +84,7 @@ ExitCode run_recolor(const RecolorRequest& request, Work& work) {
   RecolorOptions options;
   options.source = request.file;
   options.color = request.color;
+  options.neutral = request.neutral;
   options.view_gamut = request.view_gamut;
   options.n_threads = request.n_threads;
   options.exr = names.exr;
@@ -110,9 +113,10 @@ ExitCode run_recolor(const RecolorRequest& request, Work& work) {
   write_json_file(receipt_of(request, done, names), names.receipt);
   reporter.event("file", {{"role", "reconstruction"}, {"path", names.exr.string()}});
   reporter.event("file", {{"role", "receipt"}, {"path", names.receipt.string()}});
-  reporter.say(
-      fmt::format("Time      {:.2f} s to read, {:.2f} s for the colours, {:.2f} s to write",
-                  done.seconds_reading, done.seconds_color, done.seconds_writing));
+  reporter.say(fmt::format(
+      "Time      {:.2f} s: {:.2f} s to write, {:.2f} s for the colours, and beside that "
+      "{:.2f} s to read",
+      done.seconds, done.seconds_writing, done.seconds_color, done.seconds_reading));
   if (request.view) reporter.say("To look at  " + names.png.string());
   reporter.result_line(names.exr.string());
   return kExitOk;

@@ -2,9 +2,11 @@
 // of an EXR.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "capture/cli/program.h"
+#include "capture/color/neutral_area.h"
 #include "capture/image/view_encoding.h"
 #include "core/color/element_color.h"
 
@@ -15,6 +17,7 @@ struct RecolorRequest {
   std::string file;    // the EXR
   std::string output;  // folder
   ColorRecipe color;
+  std::optional<NeutralArea> neutral;
   ViewGamut view_gamut = ViewGamut::kClip;
   int n_threads = 0;
   bool view = true;

@@ -212,7 +212,8 @@ ExitCode show_dyes(const DyeTable& table, const ShowOptions& options, Reporter& 
                                      dye.points.size(), dye.points.front().wavelength_nm,
                                      dye.points.back().wavelength_nm));
     curves.push_back({dye.name, kColors[curves.size() % kColors.size()],
-                      resample(dye.points, {380, 1, 401}, 0, 1)});
+                      resample(dye.points, {380, 1, 401}, 0, 1), dye.points.front().wavelength_nm,
+                      dye.points.back().wavelength_nm});
     json["dyes"].push_back(dye.name);
   }
   if (!options.svg.empty())
@@ -271,6 +272,7 @@ void add_colour(Program& program) {
   program.prints_own_json(app);
   add_colour_compare(program, group);
   add_colour_apply(program, group);
+  add_colour_profile(program, group);
 }
 
 }  // namespace reseau::cli

@@ -12,6 +12,7 @@ namespace {
 struct ColourApplyArguments {
   std::string file;
   std::string output = ".";
+  std::string neutral;
   std::string view_gamut = "clip";
   ColorChoice color;
   int n_threads = 0;
@@ -27,6 +28,7 @@ ExitCode run(const ColourApplyArguments& options, Work& work) {
   request.view = !options.no_view;
   as_failure(Doing::kReadingOptions, [&] {
     request.view_gamut = parse_view_gamut(options.view_gamut);
+    if (!options.neutral.empty()) request.neutral = parse_neutral_area(options.neutral);
     request.color = options.color.resolve(work.reporter);
   });
   return run_recolor(request, work);
@@ -48,6 +50,9 @@ void add_colour_apply(Program& program, CLI::App* group) {
   app->add_option("-o,--output", options->output, "Folder for the files; default here")
       ->group("Files");
   options->color.add_to(*app);
+  app->add_option("--neutral", options->neutral,
+                  "Make neutral: auto (the picture on average), or an area in pixels as x,y,w,h")
+      ->group("Picture");
   app->add_option("--view-gamut", options->view_gamut,
                   "Colours outside sRGB in the view copies: clip (default) or perceptual")
       ->group("Picture");

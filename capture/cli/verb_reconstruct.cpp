@@ -57,9 +57,10 @@ ExitCode run_reconstruct(const ReconstructArguments& options, Work& work) {
   DevelopOptions settings =
       as_failure(Doing::kReadingOptions, [&] { return options.picture.resolve(reporter); });
   if (is_exr(options.read.file)) {
-    return run_recolor({"reconstruct", options.read.file, options.output, settings.color,
-                        settings.view_gamut, settings.n_threads, !options.picture.no_view},
-                       work);
+    return run_recolor(
+        {"reconstruct", options.read.file, options.output, settings.color, settings.neutral,
+         settings.view_gamut, settings.n_threads, !options.picture.no_view},
+        work);
   }
   const std::filesystem::path directory(options.output);
   const PictureNames names =

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include "capture/color/color_record.h"
+#include "core/color/white_balance.h"
+#include "core/line/rgb_lines.h"
 
 namespace reseau {
 
@@ -28,12 +30,45 @@ class EndSeen final : public RgbRowSink {
   RgbRowSink& to_;
 };
 
+ReconstructOptions reconstruct_options_of(const DevelopOptions& options) {
+  ReconstructOptions out;
+  out.tone = options.tone;
+  out.white_level = options.white_level;
+  out.black_level = options.black_level;
+  out.blur_px = options.blur_px;
+  out.silver_from_rgb = options.silver.weights;
+  out.n_threads = options.n_threads;
+  out.exact = options.exact;
+  return out;
+}
+
+// The factors of a recipe, times those that make the area neutral. Nothing on a stop request.
+std::optional<Vector3> white_balance_of(const LineSource& source, const Registration& registration,
+                                        const DevelopOptions& options,
+                                        const std::stop_token& stop) {
+  Vector3 factors = options.color.white_balance;
+  if (!options.neutral) return factors;
+  AreaMean mean(*options.neutral);
+  EndSeen sink(mean);
+  static_cast<void>(
+      reconstruct(source, registration, reconstruct_options_of(options), sink, {}, stop));
+  if (!sink.ended) return std::nullopt;
+  const Vector3 neutral =
+      neutral_white_balance(mean.mean(), make_color_model(options.color).xyz_from_process);
+  for (std::size_t i = 0; i < 3; ++i) factors[i] *= neutral[i];
+  return factors;
+}
+
 }  // namespace
 
-Development develop(const LineSource& source, const DevelopOptions& options,
+Development develop(const LineSource& whole, const DevelopOptions& options,
                     const DevelopProgress& progress, const std::stop_token& stop) {
   // Before any work: colours that cannot be made must not cost a scan's time.
-  const ColorModel color = make_color_model(options.color);
+  static_cast<void>(make_color_model(options.color));
+  const RgbLines rgb(whole);
+  const bool infrared = whole.format().plane_of(Channel::kInfrared) >= 0;
+  const LineSource& source =
+      infrared && options.silver.ignore_infrared ? static_cast<const LineSource&>(rgb) : whole;
   Development result;
   const auto report = [&progress](DevelopPhase phase) {
     return [&progress, phase](double fraction) {
@@ -63,32 +98,35 @@ Development develop(const LineSource& source, const DevelopOptions& options,
     return result;
   }
 
+  const auto stopped = [&result] {
+    result.report.reset();
+    result.stopped = true;
+    result.why_not = "The reconstruction was stopped.";
+    return result;
+  };
+  if (infrared) result.learned = learn_silver_from_rgb(whole, options.tone, stop);
+  ColorRecipe recipe = options.color;
+  const auto factors = white_balance_of(source, result.registration, options, stop);
+  if (!factors) return stopped();
+  recipe.white_balance = result.white_balance = *factors;
+
   PictureOptions picture;
   picture.exr = options.exr;
   picture.tiff = options.tiff;
   picture.png = options.png;
   picture.dpi = options.dpi;
   picture.gamut = options.view_gamut;
-  picture.srgb_from_picture = srgb_from_output(options.color);
+  picture.srgb_from_picture = srgb_from_output(recipe);
   picture.exr_options.attributes = options.attributes;
-  declare_color(options.color, picture.exr_options);
+  declare_color(recipe, picture.exr_options);
   PictureWriter writer(picture);
   EndSeen sink(writer);
 
-  ReconstructOptions reconstruct_options;
-  reconstruct_options.tone = options.tone;
-  reconstruct_options.output_from_process = color.output_from_process;
-  reconstruct_options.white_level = options.white_level;
-  reconstruct_options.n_threads = options.n_threads;
-  reconstruct_options.exact = options.exact;
+  ReconstructOptions reconstruct_options = reconstruct_options_of(options);
+  reconstruct_options.output_from_process = make_color_model(recipe).output_from_process;
   result.report = reconstruct(source, result.registration, reconstruct_options, sink,
                               report(DevelopPhase::kReconstruct), stop);
-  if (!sink.ended) {
-    result.report.reset();
-    result.stopped = true;
-    result.why_not = "The reconstruction was stopped.";
-    return result;
-  }
+  if (!sink.ended) return stopped();
   result.picture = writer.result();
   result.written = true;
   return result;

@@ -10,7 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "capture/color/neutral_area.h"
 #include "capture/image/picture_writer.h"
+#include "capture/session/silver_choice.h"
 #include "core/color/element_color.h"
 #include "core/line/line_source.h"
 #include "core/reconstruct/reconstruct.h"
@@ -21,7 +23,11 @@ struct DevelopOptions {
   ToneCurves tone = ToneCurves::linear();
   ColorRecipe color;
   ViewGamut view_gamut = ViewGamut::kClip;
-  double white_level = 1.0;
+  // What is to look neutral; its factors multiply those of `color`. Costs a reconstruction more.
+  std::optional<NeutralArea> neutral;
+  SilverChoice silver;
+  double white_level = 1.0, black_level = 0.0;
+  std::optional<double> blur_px;  // of the silver picture, instead of what is measured
   int n_threads = 0;
   bool exact = false;
   std::filesystem::path exr, tiff, png;  // exr is required; empty view paths = none
@@ -39,6 +45,9 @@ struct Development {
   std::string why_not;
   bool stopped = false;  // because of a stop request
   Registration registration;
+  // For scans of the same scanner and film without infrared; absent where there is none.
+  std::optional<LearnedSilver> learned;
+  Vector3 white_balance{1, 1, 1};  // factors on the elements that were used, a neutral included
   std::optional<ReconstructionReport> report;  // when written
   std::optional<PictureResult> picture;        // when written
 };

@@ -117,7 +117,37 @@ ordered_json by_channel(const std::array<double, N>& values, std::size_t n_chann
   return object;
 }
 
-ordered_json report_to_json(const ReconstructionReport& report, std::size_t n_channels) {
+// The weights that were used, or, for a scan with infrared, those that it teaches.
+ordered_json silver_to_json(const Receipt& receipt) {
+  const Development& development = *receipt.development;
+  const SilverWeights& used = development.report->silver_from_rgb;
+  if (development.report->from_infrared) {
+    if (!development.learned) return nullptr;
+    ordered_json object = learned_silver_to_json(*development.learned);
+    object["origin"] = "learned on this scan, not used in it";
+    return object;
+  }
+  const std::string& learned_on = receipt.settings.silver.learned_on;
+  ordered_json object = {
+      {"weights",
+       {number_or_null(used.weights[0]), number_or_null(used.weights[1]),
+        number_or_null(used.weights[2])}},
+      {"offset", number_or_null(used.offset)},
+      {"origin", learned_on.empty() ? "element classes of this scan" : "learned on " + learned_on}};
+  if (learned_on.empty()) {
+    object["note"] =
+        "The brightest of each element count as clear, so that the colours hold up to a white "
+        "balance.";
+  }
+  if (development.learned) {
+    object["infrared_of_this_scan"] = learned_silver_to_json(*development.learned);
+  }
+  return object;
+}
+
+ordered_json report_to_json(const Receipt& receipt) {
+  const ReconstructionReport& report = *receipt.development->report;
+  const std::size_t n_channels = receipt.input.format.channels.size();
   ordered_json sharpness = ordered_json::object();
   for (std::size_t i = 0; i < n_channels; ++i) {
     ordered_json channel = {{"origin", report.sharpness.origin[i]}};
@@ -126,6 +156,7 @@ ordered_json report_to_json(const ReconstructionReport& report, std::size_t n_ch
     sharpness[kChannelNames[i]] = channel;
   }
   ordered_json object = {{"silver_from", report.from_infrared ? "infrared" : "rgb"},
+                         {"silver_from_rgb", silver_to_json(receipt)},
                          {"sharpness", sharpness}};
   put_number(object, "unmix_condition", report.unmix_condition);
   put_number(object, "unmix_noise_gain", report.unmix_noise_gain);
@@ -136,13 +167,18 @@ ordered_json report_to_json(const ReconstructionReport& report, std::size_t n_ch
 
 ordered_json settings_to_json(const Receipt& receipt) {
   const DevelopOptions& s = receipt.settings;
-  ordered_json object = color_to_json(s.color);
+  ColorRecipe color = s.color;
+  color.white_balance = receipt.development->white_balance;
+  ordered_json object = color_to_json(color);
+  if (s.neutral) object["neutral"] = s.neutral->text();
   object["view_gamut"] = s.view_gamut == ViewGamut::kClip ? "clip" : "perceptual";
   object["quality"] = receipt.quality;
   object["geometry"] = "scan";
   object["exact"] = s.exact;
   object["threads"] = s.n_threads;
   put_number(object, "white_level", s.white_level);
+  put_number(object, "black_level", s.black_level);
+  if (s.blur_px) put_number(object, "blur_px", *s.blur_px);
   return object;
 }
 
@@ -157,8 +193,7 @@ void add_development(ordered_json& object, const Receipt& receipt) {
   ordered_json timings = ordered_json::object();
   put_number(timings, "registration_s", development.registration.seconds);
   if (development.report) {
-    object["reconstruction"] =
-        report_to_json(*development.report, receipt.input.format.channels.size());
+    object["reconstruction"] = report_to_json(receipt);
     put_number(timings, "sharpness_s", development.report->seconds_sharpness);
     put_number(timings, "render_s", development.report->seconds_render);
   } else {

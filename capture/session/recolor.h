@@ -6,6 +6,7 @@
 #include <optional>
 #include <stop_token>
 
+#include "capture/color/neutral_area.h"
 #include "capture/image/picture_writer.h"
 #include "core/color/element_color.h"
 
@@ -14,6 +15,8 @@ namespace reseau {
 struct RecolorOptions {
   std::filesystem::path source;  // an EXR that this program made, in any space
   ColorRecipe color;
+  // What is to look neutral; its factors multiply those of `color`. Reads the picture once more.
+  std::optional<NeutralArea> neutral;
   ViewGamut view_gamut = ViewGamut::kClip;
   int n_threads = 0;
   std::filesystem::path exr, tiff, png;  // exr is required; empty view paths = none
@@ -26,7 +29,9 @@ struct Recolored {
   // What every pixel was multiplied by: new output from process x inverse of the one that the
   // source says it was made with.
   Matrix3 output_from_picture{};
-  double seconds_reading = 0, seconds_color = 0, seconds_writing = 0;
+  ColorRecipe color;  // as used: with the factors of a neutral
+  // Reading runs beside the other two, so that the whole takes less than their sum.
+  double seconds_reading = 0, seconds_color = 0, seconds_writing = 0, seconds = 0;
 };
 
 // `progress`: fraction 0..1. Throws InputError when the source is no EXR of ours (it must say the

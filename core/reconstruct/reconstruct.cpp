@@ -40,7 +40,7 @@ struct Setup {
   const ReconstructOptions& options;
   const BlurredCell& cell;
   Vec2 silver_shift_px;  // where the silver picture lies relative to RGB
-  std::array<double, 3> silver_from_rgb{};
+  SilverWeights silver_from_rgb;
   bool infrared = true;
   int margin_px = 0;
 };
@@ -54,8 +54,11 @@ std::vector<float> silver_rows(const Setup& setup, int first, int n,
   const auto width = static_cast<std::size_t>(format.width_px);
   std::vector<std::uint16_t> raw(format.samples_per_line() * static_cast<std::size_t>(n));
   setup.source.read(first, n, raw);
-  std::vector<float> silver(width * static_cast<std::size_t>(n), 0.0F);
-  const auto scale = static_cast<float>(1 / setup.options.white_level);
+  const double black = setup.options.black_level;
+  const auto scale = static_cast<float>(1 / (setup.options.white_level - black));
+  const auto level =
+      static_cast<float>((setup.infrared ? 0 : setup.silver_from_rgb.offset) - black);
+  std::vector<float> silver(width * static_cast<std::size_t>(n), level * scale);
   constexpr std::array<Channel, 4> kOrder{Channel::kRed, Channel::kGreen, Channel::kBlue,
                                           Channel::kInfrared};
   for (std::size_t y = 0; y < static_cast<std::size_t>(n); ++y) {
@@ -72,9 +75,9 @@ std::vector<float> silver_rows(const Setup& setup, int first, int n,
       const std::vector<float>& table = setup.options.tone.table(static_cast<int>(c));
       if (setup.infrared) {
         if (c != 3) continue;
-        for (std::size_t x = 0; x < width; ++x) out[x] = scale * table[in[x]];
+        for (std::size_t x = 0; x < width; ++x) out[x] += scale * table[in[x]];
       } else if (c < 3) {
-        const auto weight = scale * static_cast<float>(setup.silver_from_rgb[c]);
+        const auto weight = scale * static_cast<float>(setup.silver_from_rgb.weights[c]);
         for (std::size_t x = 0; x < width; ++x) out[x] += weight * table[in[x]];
       }
     }
@@ -192,6 +195,12 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   if (!(options.white_level > 0) || !std::isfinite(options.white_level)) {
     throw InputError("The level of clear film must be a positive number.");
   }
+  if (!(options.black_level >= 0 && options.black_level < options.white_level)) {
+    throw InputError("The level without light must lie between 0 and that of clear film.");
+  }
+  if (options.blur_px && !(*options.blur_px > 0 && *options.blur_px <= 10)) {
+    throw InputError("The blur must be a number of pixels above 0 and at most 10.");
+  }
   const LineFormat& format = source.format();
   const int height = source.committed();
   ReconstructionReport report;
@@ -206,10 +215,16 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   start = Clock::now();
   const bool infrared = format.plane_of(Channel::kInfrared) >= 0;
   report.from_infrared = infrared;
-  const double sigma = infrared ? sharpness.report.sigma_px[3]
-                                : (sharpness.report.sigma_px[0] + sharpness.report.sigma_px[1] +
-                                   sharpness.report.sigma_px[2]) /
-                                      3;
+  if (!infrared) {
+    report.silver_from_rgb =
+        options.silver_from_rgb.value_or(SilverWeights{sharpness.silver_from_rgb, 0});
+  }
+  const double measured_sigma = infrared
+                                    ? sharpness.report.sigma_px[3]
+                                    : (sharpness.report.sigma_px[0] + sharpness.report.sigma_px[1] +
+                                       sharpness.report.sigma_px[2]) /
+                                          3;
+  const double sigma = options.blur_px.value_or(measured_sigma);
   const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
                     registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
   const ScreenPattern pattern =
@@ -224,7 +239,7 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
                     options,
                     cell,
                     infrared ? sharpness.report.infrared_shift_px : Vec2{},
-                    sharpness.silver_from_rgb,
+                    report.silver_from_rgb,
                     infrared,
                     static_cast<int>(std::ceil(kReachPeriods * period)) + 2};
 

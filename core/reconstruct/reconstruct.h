@@ -12,6 +12,7 @@
 #include "core/geometry/vec2.h"
 #include "core/line/line_source.h"
 #include "core/reconstruct/row_sink.h"
+#include "core/reconstruct/silver_from_rgb.h"
 #include "core/reconstruct/tone_curve.h"
 #include "core/screen/screen_map.h"
 
@@ -59,6 +60,11 @@ struct ReconstructOptions {
   // Row-major 3x3 applied to element intensities (process RGB) at the end; identity = process RGB.
   std::array<double, 9> output_from_process{1, 0, 0, 0, 1, 0, 0, 0, 1};
   double white_level = 1.0;  // linear sample value of clear film; intensity 1 there
+  double black_level = 0.0;  // and without light; intensity 0 there
+  // Blur of the silver picture [px, standard deviation] to undo; absent: what this scan shows.
+  std::optional<double> blur_px;
+  // How silver is made where there is no infrared; absent: by the elements of this very scan.
+  std::optional<SilverWeights> silver_from_rgb;
   int n_threads = 0;
   bool exact = false;  // no shortcut that changes a pixel
 };
@@ -76,7 +82,8 @@ struct SharpnessReport {
 };
 
 struct ReconstructionReport {
-  bool from_infrared = true;  // false: silver computed from RGB
+  bool from_infrared = true;      // false: silver computed from RGB
+  SilverWeights silver_from_rgb;  // used when not from infrared
   SharpnessReport sharpness;
   double unmix_condition = 0;   // 2-norm condition number of the mean 3x3 crosstalk matrix
   double unmix_noise_gain = 0;  // largest row norm of its (regularised) inverse
