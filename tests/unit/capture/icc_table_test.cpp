@@ -1,8 +1,10 @@
 // Scans with a table (LUT) profile, whose red, green and blue depend on all three samples.
 #include "capture/image/icc_table.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -100,7 +102,8 @@ void write_scan(const std::filesystem::path& path, const std::vector<std::byte>&
 TEST(IccTable, UndoesWhatNoCurvePerChannelCan) {
   const test::TempDir dir;
   // Read on demand, and decoded into memory.
-  for (const std::uint16_t compression : {COMPRESSION_NONE, COMPRESSION_LZW}) {
+  for (const std::uint16_t compression :
+       {std::uint16_t{COMPRESSION_NONE}, std::uint16_t{COMPRESSION_LZW}}) {
     const auto path = dir / (compression == COMPRESSION_NONE ? "plain.tif" : "lzw.tif");
     write_scan(path, table_profile(), compression);
     const Scan scan = read_scan(path);

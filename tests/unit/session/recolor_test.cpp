@@ -32,7 +32,8 @@ void write_picture(const std::filesystem::path& path, const ColorRecipe& recipe)
   std::vector<float> rgb = process_pixels();
   const Matrix3 m = make_color_model(recipe).output_from_process;
   for (std::size_t i = 0; i < rgb.size(); i += 3) {
-    const Vector3 out = multiply(m, {double{rgb[i]}, double{rgb[i + 1]}, double{rgb[i + 2]}});
+    const Vector3 out =
+        multiply(m, Vector3{double{rgb[i]}, double{rgb[i + 1]}, double{rgb[i + 2]}});
     for (std::size_t c = 0; c < 3; ++c) rgb[i + c] = static_cast<float>(out[c]);
   }
   FloatImageWriter writer(path, kWidth, kHeight, {"R", "G", "B"}, options);
