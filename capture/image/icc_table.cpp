@@ -19,8 +19,9 @@ namespace {
 constexpr int kLinesAtOnce = 16;
 
 bool has_table(const LcmsProfile& profile) {
-  for (const cmsUInt32Number intent :
-       {INTENT_PERCEPTUAL, INTENT_RELATIVE_COLORIMETRIC, INTENT_SATURATION}) {
+  constexpr std::array<cmsUInt32Number, 3> kIntents = {
+      INTENT_PERCEPTUAL, INTENT_RELATIVE_COLORIMETRIC, INTENT_SATURATION};
+  for (const cmsUInt32Number intent : kIntents) {
     if (cmsIsCLUT(profile.get(), intent, LCMS_USED_AS_INPUT)) return true;
   }
   return false;
