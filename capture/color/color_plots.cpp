@@ -109,9 +109,9 @@ void draw_curves(SvgPage& page, Vec2 corner, const std::string& title,
     const TransmittanceCurve& curve = curves[i];
     draw_curve(page, area, curve);
     // Names run down the columns: the elements of one source stand under each other.
-    const auto row = static_cast<double>(i % n_rows),
-               column_of_names = static_cast<double>(i / n_rows);
-    const Vec2 at = corner + Vec2{20 + 137 * column_of_names, 548 + 14 * row};
+    const std::size_t row = i % n_rows, name_column = i / n_rows;
+    const Vec2 at = corner + Vec2{20 + 137 * static_cast<double>(name_column),
+                                  548 + 14 * static_cast<double>(row)};
     page.line(at, at + Vec2{16, 0}, {curve.color, 1.6, ""});
     page.text(at + Vec2{20, 3}, curve.name, 8);
   }
@@ -242,8 +242,9 @@ std::vector<unsigned char> reseau_pixels(const Matrix3& element_srgb, int period
     for (int x = 0; x < side_px; ++x) {
       Vector3 count{};
       for (int p = 0; p < kPoints * kPoints; ++p) {
-        const double px = (x + (p % kPoints + 0.5) / kPoints - side_px / 2.0) * um_per_px;
-        const double py = (y + (p / kPoints + 0.5) / kPoints - side_px / 2.0) * um_per_px;
+        const int i = p % kPoints, j = p / kPoints;
+        const double px = (x + (i + 0.5) / kPoints - side_px / 2.0) * um_per_px;
+        const double py = (y + (j + 0.5) / kPoints - side_px / 2.0) * um_per_px;
         count[static_cast<std::size_t>(element_at(l, c * px + s * py, -s * px + c * py))] +=
             1.0 / (kPoints * kPoints);
       }
