@@ -79,7 +79,8 @@ TEST(PaperOfScan, LimitsAreOnTheComparedReconstructionOnly) {
   EXPECT_FALSE(far.held());
   EXPECT_THAT(paper_text(far), HasSubstr("as said"));
   for (const PaperFigure& f : far.figures) {
-    if (f.part == "scan-own") EXPECT_TRUE(f.held && f.limit.empty()) << f.what;
+    if (f.part != "scan-own") continue;
+    EXPECT_TRUE(f.held && f.limit.empty()) << f.what;
   }
   bool said = false;
   for (const PaperFigure& f : paper_of_scan(scene, loud, "").figures) {

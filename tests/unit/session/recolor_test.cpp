@@ -96,7 +96,8 @@ TEST_F(RecolorTest, BackAgainIsTheSamePicture) {
   static_cast<void>(recolor(options, {}, {}));
   const FloatImage a = read_exr(dir / "source.exr"), b = read_exr(dir / "back.exr");
   for (std::size_t i = 0; i < a.samples.size(); ++i) {
-    if (std::isfinite(b.samples[i])) ASSERT_NEAR(a.samples[i], b.samples[i], 5e-6) << i;
+    if (!std::isfinite(b.samples[i])) continue;
+    ASSERT_NEAR(a.samples[i], b.samples[i], 5e-6) << i;
   }
 }
 
