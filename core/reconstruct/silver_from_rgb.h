@@ -27,9 +27,9 @@ struct LearnedSilver {
 };
 
 // Weights that come nearest to the infrared of a scan that has it, for scans of the same scanner
-// and film that have none: least squares over at most some 250,000 pixels on an even grid, each with
-// the weight 1/infrared, clipped ones left out. All lines must be committed. Nothing for a scan
-// without infrared, a stop request, or colours too alike to tell the channels apart.
+// and film that have none: least squares over at most some 250,000 pixels on an even grid, each
+// with the weight 1/infrared, clipped ones left out. All lines must be committed. Nothing for a
+// scan without infrared, a stop request, or colours too alike to tell the channels apart.
 [[nodiscard]] std::optional<LearnedSilver> learn_silver_from_rgb(const LineSource& source,
                                                                  const ToneCurves& tone,
                                                                  const std::stop_token& stop);
