@@ -1,0 +1,88 @@
+// `reseau calibrate` on edges whose transfer function is known in closed form.
+#include <cmath>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/e2e/reseau_run.h"
+#include "tests/e2e/scan_files.h"
+
+namespace reseau::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A dark and a bright half with a straight edge between them, blurred by a Gaussian of its own for
+// each channel, and the same small noise in every run.
+Pixels slanted_edge(double angle_deg, const std::vector<double>& sigma_px) {
+  const double angle = angle_deg * std::numbers::pi / 180;
+  Pixels p{90, 120, static_cast<int>(sigma_px.size()), {}};
+  std::uint32_t state = 1;
+  for (int y = 0; y < p.height_px; ++y) {
+    for (int x = 0; x < p.width_px; ++x) {
+      const double d = (x - 45) * std::cos(angle) + (y - 60) * std::sin(angle);
+      for (const double sigma : sigma_px) {
+        state = state * 1664525u + 1013904223u;
+        const double noise = (static_cast<double>(state >> 8) / (1 << 24) - 0.5) * 200;
+        const double light = 0.5 * std::erfc(-d / (sigma * std::numbers::sqrt2));
+        p.samples.push_back(static_cast<std::uint16_t>(6000 + 42000 * light + noise));
+      }
+    }
+  }
+  return p;
+}
+
+double mtf50_of_gaussian(double sigma_px) {
+  return std::sqrt(2 * std::numbers::ln2) / (2 * std::numbers::pi * sigma_px);
+}
+
+TEST(CalibrateE2e, FindsTheKnownTransferFunctionOfEveryChannel) {
+  const TempDir dir;
+  const std::vector<double> sigma_px{0.7, 0.9, 0.8, 1.2};
+  write_tiff(dir / "edge.tif", slanted_edge(6, sigma_px), 16);
+  const ProcessResult run =
+      reseau({"calibrate", dir / "edge.tif", "--gamma", "1", "--roi", "5,5,80,110", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto lines = json_lines(run.out);
+  ASSERT_FALSE(lines.empty());
+  const nlohmann::json& channels = lines.front().at("channels");
+  const char* const names[] = {"red", "green", "blue", "infrared"};
+  for (std::size_t c = 0; c < sigma_px.size(); ++c) {
+    const nlohmann::json& channel = channels.at(names[c]);
+    EXPECT_EQ(channel.at("status"), "ok") << names[c];
+    const double truth = mtf50_of_gaussian(sigma_px[c]);
+    EXPECT_NEAR(channel.at("mtf50").get<double>(), truth, 0.01 * truth) << names[c];
+    EXPECT_NEAR(std::abs(channel.at("angle_deg").get<double>()), 6, 0.1) << names[c];
+    EXPECT_GT(channel.at("mtf50_sd").get<double>(), 0) << names[c];
+  }
+}
+
+TEST(CalibrateE2e, RefusesWhatIsNoEdgeWithReasons) {
+  const TempDir dir;
+  Pixels grey = slanted_edge(6, {0.8, 0.8, 0.8});
+  for (std::uint16_t& sample : grey.samples) sample = 20000;
+  write_tiff(dir / "grey.tif", grey, 16);
+  for (const char* roi : {"0,0,90,120", "0,0,1,1"}) {
+    const ProcessResult run =
+        reseau({"calibrate", dir / "grey.tif", "--gamma", "1", "--roi", roi, "--json"});
+    const auto lines = json_lines(run.out);
+    ASSERT_FALSE(lines.empty()) << run.err;
+    const nlohmann::json& red = lines.front().at("channels").at("red");
+    EXPECT_NE(red.at("status"), "ok") << roi;
+    EXPECT_FALSE(red.at("reasons").empty()) << roi;
+    EXPECT_TRUE(red.at("mtf50").is_null()) << roi;
+  }
+}
+
+TEST(CalibrateE2e, SaysWhatIsWrongWithFileAndRegion) {
+  const TempDir dir;
+  EXPECT_EQ(reseau({"calibrate", dir / "none.tif"}).exit_code, 65);
+  write_tiff(dir / "edge.tif", slanted_edge(6, {0.8, 0.8, 0.8}), 16);
+  const ProcessResult outside = reseau({"calibrate", dir / "edge.tif", "--roi", "80,0,50,50"});
+  EXPECT_EQ(outside.exit_code, 64);
+  EXPECT_THAT(outside.err, HasSubstr("90"));
+}
+
+}  // namespace
+}  // namespace reseau::testing
