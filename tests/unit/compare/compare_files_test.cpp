@@ -226,7 +226,7 @@ TEST_F(CompareFiles, PixelsThatAreNotFiniteAreCountedAndLeftOut) {
   write("a.exr", lab_paint(50, 0, 0));
   write("b.exr", [](int x, int y) {
     Pixel p = lab_paint(50, 0, 0)(0, 0);
-    if (x == 5) p[y % 3] = y % 2 == 0 ? NAN : INFINITY;
+    if (x == 5) p[static_cast<std::size_t>(y % 3)] = y % 2 == 0 ? NAN : INFINITY;
     return p;
   });
   const Comparison c = compare("a.exr", "b.exr");
