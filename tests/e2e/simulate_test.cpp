@@ -125,7 +125,7 @@ TEST_F(SimulateE2e, StoppedItLeavesNothing) {
   const ProcessResult result = process.wait(std::chrono::seconds(120));
   ASSERT_FALSE(result.timed_out);
   if (result.exit_code == 0) GTEST_SKIP() << "finished before it could be stopped";
-  EXPECT_EQ(result.exit_code, 130) << result.err;
+  EXPECT_EQ(result.exit_code, 2) << result.err;
   EXPECT_TRUE(names_in(dir.path()).empty());
 }
 

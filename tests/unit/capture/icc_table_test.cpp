@@ -33,14 +33,24 @@ std::array<double, 3> light_of(const std::array<double, 3>& sample) {
   return light;
 }
 
-cmsInt32Number fill_table(const cmsFloat32Number in[], cmsFloat32Number out[], void* cargo) {
+cmsInt32Number fill_table(const cmsUInt16Number in[], cmsUInt16Number out[], void* cargo) {
+  const auto& xyz = *static_cast<const Matrix3*>(cargo);
+  const auto light = light_of({in[0] / 65535.0, in[1] / 65535.0, in[2] / 65535.0});
+  const Xyz color = multiply(xyz, Vector3{light[0], light[1], light[2]});
+  for (std::size_t i = 0; i < 3; ++i) {
+    // XYZ of the connection space: 8000 hexadecimal is 1.
+    const double coded = std::clamp(color[i] * 32768, 0.0, 65535.0);
+    out[i] = static_cast<cmsUInt16Number>(std::lround(coded));
+  }
+  return 1;
+}
+
+// The same as plain XYZ, which may be negative.
+cmsInt32Number fill_float_table(const cmsFloat32Number in[], cmsFloat32Number out[], void* cargo) {
   const auto& xyz = *static_cast<const Matrix3*>(cargo);
   const auto light = light_of({double{in[0]}, double{in[1]}, double{in[2]}});
   const Xyz color = multiply(xyz, Vector3{light[0], light[1], light[2]});
-  for (std::size_t i = 0; i < 3; ++i) {
-    // XYZ of the connection space as lcms2 codes it: 1 + 32767/32768 is full scale.
-    out[i] = static_cast<cmsFloat32Number>(color[i] / (1 + 32767.0 / 32768));
-  }
+  for (std::size_t i = 0; i < 3; ++i) out[i] = static_cast<cmsFloat32Number>(color[i]);
   return 1;
 }
 
@@ -52,18 +62,26 @@ std::vector<std::byte> table_profile(const char* space = "RGB") {
   cmsSetPCS(profile, cmsSigXYZData);
   Matrix3 xyz = xyz_from_rgb(rgb_space_chromaticities("prophoto"));
   cmsPipeline* lut = cmsPipelineAlloc(nullptr, 3, 3);
-  cmsStage* clut = cmsStageAllocCLutFloat(nullptr, 49, 3, 3, nullptr);
-  cmsStageSampleCLutFloat(clut, fill_table, &xyz, 0);
-  cmsPipelineInsertStage(lut, cmsAT_BEGIN, clut);
-  EXPECT_TRUE(cmsWriteTag(profile, cmsSigDToB1Tag, lut));
-  // A reader that does not know floating tables finds a coarser one.
+  cmsStage* clut = cmsStageAllocCLut16bit(nullptr, 17, 3, 3, nullptr);
+  cmsStageSampleCLut16bit(clut, fill_table, &xyz, 0);
+  // A table is kept between curves, even where these do nothing.
+  cmsPipelineInsertStage(lut, cmsAT_END, cmsStageAllocToneCurves(nullptr, 3, nullptr));
+  cmsPipelineInsertStage(lut, cmsAT_END, clut);
+  cmsPipelineInsertStage(lut, cmsAT_END, cmsStageAllocToneCurves(nullptr, 3, nullptr));
+  // A reader that does not know floating tables finds this coarser one.
   EXPECT_TRUE(cmsWriteTag(profile, cmsSigAToB0Tag, lut));
   EXPECT_TRUE(cmsWriteTag(profile, cmsSigAToB1Tag, lut));
+  cmsPipeline* exact = cmsPipelineAlloc(nullptr, 3, 3);
+  cmsStage* fine = cmsStageAllocCLutFloat(nullptr, 49, 3, 3, nullptr);
+  cmsStageSampleCLutFloat(fine, fill_float_table, &xyz, 0);
+  cmsPipelineInsertStage(exact, cmsAT_BEGIN, fine);
+  EXPECT_TRUE(cmsWriteTag(profile, cmsSigDToB1Tag, exact));
   cmsUInt32Number size = 0;
   cmsSaveProfileToMem(profile, nullptr, &size);
   std::vector<std::byte> bytes(size);
   EXPECT_TRUE(cmsSaveProfileToMem(profile, bytes.data(), &size));
   cmsPipelineFree(lut);
+  cmsPipelineFree(exact);
   cmsCloseProfile(profile);
   return bytes;
 }
@@ -162,7 +180,7 @@ TEST(IccTable, CountsWhatLiesOutside) {
   format.n_lines = 1;
   format.channels = {Channel::kRed, Channel::kGreen, Channel::kBlue};
   // The first pixel is inside; the second, nearly pure red, has negative green and blue.
-  std::vector<std::uint16_t> samples = {40000, 60000, 40000, 0, 40000, 0};
+  std::vector<std::uint16_t> samples = {40000, 40000, 40000, 0, 40000, 0};
   EXPECT_EQ(table->to_linear_light(format, samples), 2u);
   EXPECT_EQ(samples[3], 0);
   EXPECT_EQ(samples[5], 0);

@@ -106,7 +106,7 @@ TEST(DataTypes, HeadersLengthsAndShortReads) {
   EXPECT_EQ(more.status, "022b4b0000000000");
   EXPECT_EQ(host.status("28008c00090100000a80"), "0205240000000000") << "element size";
   EXPECT_EQ(host.status("28008c00070300000a80"), "0205240000000000") << "colour";
-  EXPECT_EQ(host.status("28008800000300000680"), "0205240000000000") << "not on a strip unit";
+  EXPECT_EQ(to_hex(host.run("28008800000300000680", 6).data), "880000000004") << "no rectangles";
   EXPECT_EQ(to_hex(host.run("28009300000100000c80", 12).data), "930000000006035f033a026d");
   EXPECT_EQ(host.run("28009100030100009e80", 158).data.size(), 158U);
   EXPECT_EQ(host.status("28000300010100800080"), "0205240000000000") << "no LUT";
