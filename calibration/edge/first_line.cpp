@@ -77,7 +77,7 @@ class Search {
     value_.assign(n_bins, 0);
     for (const LineCell& cell : cells_) {
       const double at = c * (cell.x - middle_.x) + s * (cell.y - middle_.y) + reach_;
-      const auto bin = static_cast<std::size_t>(at / step + 0.5);
+      const auto bin = static_cast<std::size_t>(std::floor(at / step + 0.5));
       count_[bin] += cell.n;
       value_[bin] += cell.sum;
     }
