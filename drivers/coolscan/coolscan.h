@@ -5,22 +5,18 @@
 #include <string>
 
 #include "core/base/clock.h"
-#include "drivers/coolscan/metering.h"
 #include "drivers/coolscan/plan.h"
 #include "drivers/coolscan/scan_pass.h"
 #include "drivers/coolscan/unit.h"
+#include "drivers/metering.h"
+#include "drivers/open_as.h"
 #include "drivers/scanner.h"
 #include "drivers/scsi/nikon_usb_scsi.h"
 #include "drivers/usb/usb_transport.h"
 
 namespace reseau::coolscan {
 
-struct OpenAs {
-  std::string device_name;  // kept in the context of captures
-  // Empty: the time of the day at start(). Recordings and replays fix it, so that a replay writes
-  // the bytes of the original.
-  std::string started_at_utc;
-};
+using reseau::OpenAs;
 
 // A Nikon Coolscan film scanner on USB: LS-40, LS-50, LS-5000 (drivers/coolscan/README.md).
 // Thread-bound. Owns the transport; the unit is left idle and released when it is destroyed.

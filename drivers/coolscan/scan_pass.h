@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "drivers/coolscan/line_layout.h"
-#include "drivers/coolscan/metering.h"
 #include "drivers/coolscan/unit.h"
 #include "drivers/coolscan/window.h"
+#include "drivers/metering.h"
 
 namespace reseau::coolscan {
 

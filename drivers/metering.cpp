@@ -1,11 +1,11 @@
-#include "drivers/coolscan/metering.h"
+#include "drivers/metering.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/check.h"
 
-namespace reseau::coolscan {
+namespace reseau {
 namespace {
 
 // Head room for what the metering pass did not see: a pixel of the final pass can be brighter than
@@ -58,8 +58,8 @@ Exposures Metering::exposures() const {
   Exposures result{};
   for (std::size_t i = 0; i < result.size(); ++i) {
     const double exposure = white_balance_[i] * (i < 3 ? visible_scale_ : infrared_scale_);
-    result[i] = std::clamp(static_cast<std::uint32_t>(std::lround(exposure)), limits_.min_10ns,
-                           limits_.max_10ns);
+    result[i] =
+        std::clamp(static_cast<std::uint32_t>(std::lround(exposure)), limits_.min, limits_.max);
   }
   return result;
 }
@@ -67,7 +67,7 @@ Exposures Metering::exposures() const {
 // Keeps every exposure of [first, last) below the maximum, with their ratios.
 double Metering::limited(double scale, std::size_t first, std::size_t last) const {
   for (std::size_t i = first; i < last; ++i) {
-    scale = std::min(scale, static_cast<double>(limits_.max_10ns) / white_balance_[i]);
+    scale = std::min(scale, static_cast<double>(limits_.max) / white_balance_[i]);
   }
   return scale;
 }
@@ -111,4 +111,4 @@ void Metering::multiply(double factor) {
   infrared_scale_ = limited(infrared_scale_ * factor, 3, 4);
 }
 
-}  // namespace reseau::coolscan
+}  // namespace reseau
