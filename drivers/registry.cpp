@@ -9,11 +9,8 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
-#include "drivers/coolscan/coolscan.h"
-#include "drivers/coolscan/models.h"
-#include "drivers/scsi/cdb.h"
+#include "drivers/families.h"
 #include "drivers/sim/simulated_unit.h"
-#include "drivers/sim/unit_model.h"
 #include "drivers/usb/fault_transport.h"
 #include "drivers/usb/libusb_transport.h"
 #include "drivers/usb/recording_transport.h"
@@ -57,7 +54,7 @@ Link open_usb(const std::string& name) {
   }
   const std::uint16_t vendor = usb_id(ids, 0, name);
   const std::uint16_t product = usb_id(ids, 5, name);
-  if (coolscan::model_by_usb_id(vendor, product) == nullptr) {
+  if (trade_name_of(vendor, product).empty()) {
     throw InputError("The program has no driver for the USB device " + ids.substr(0, kIdsLength) +
                      ". `reseau list` shows the scanners that it can use.");
   }
@@ -115,16 +112,15 @@ OpenedScanner open_replay(const std::string& name, const OpenOptions& options) {
     throw InputError("A replay is a recording already; copy the file instead of recording it.");
   }
   const auto clock = std::make_shared<VirtualClock>();
-  auto replay = std::make_unique<ReplayTransport>(name.substr(kReplay.size()), *clock,
-                                                  [](ByteView cdb) { return Cdb(cdb).describe(); });
+  auto replay =
+      std::make_unique<ReplayTransport>(name.substr(kReplay.size()), *clock, describe_command);
   const SessionHeader header = replay->header();
   OpenedScanner opened;
   opened.recorded_comment = header.comment;
   opened.recorded_at_utc = header.started_at_utc;
-  opened.scanner = std::make_unique<coolscan::Coolscan>(
-      std::move(replay), clock,
-      coolscan::OpenAs{header.device_name.empty() ? name : header.device_name,
-                       header.started_at_utc});
+  opened.scanner =
+      open_family(std::move(replay), clock,
+                  {header.device_name.empty() ? name : header.device_name, header.started_at_utc});
   return opened;
 }
 
@@ -132,12 +128,10 @@ OpenedScanner open_replay(const std::string& name, const OpenOptions& options) {
 
 std::vector<DeviceEntry> list_devices() {
   std::vector<DeviceEntry> entries;
-  for (const UsbDeviceInfo& unit : list_usb_devices(coolscan::kNikonVendorId)) {
-    const coolscan::Model* const model = coolscan::model_by_usb_id(unit.vendor_id, unit.product_id);
-    if (model == nullptr) continue;
+  for (const UsbDeviceInfo& unit : list_known_units()) {
     DeviceEntry entry;
     entry.name = usb_name(unit);
-    entry.description = std::string(model->trade_name) + ", " + unit.speed;
+    entry.description = trade_name_of(unit.vendor_id, unit.product_id) + ", " + unit.speed;
     if (access(unit.node.c_str(), R_OK | W_OK) != 0) {
       entry.problem = "You may not use " + unit.node +
                       ". Install the udev rule 60-reseau.rules, then unplug the scanner and plug "
@@ -145,9 +139,9 @@ std::vector<DeviceEntry> list_devices() {
     }
     entries.push_back(std::move(entry));
   }
-  for (const std::string_view model : sim::unit_model_names()) {
+  for (const std::string& model : sim::simulated_unit_names()) {
     DeviceEntry entry;
-    entry.name = std::string(kSim) + std::string(model);
+    entry.name = std::string(kSim) + model;
     entry.description = "simulated scanner with a simulated Dufaycolor film";
     entry.simulated = true;
     entries.push_back(std::move(entry));
@@ -159,7 +153,7 @@ OpenedScanner open_scanner(const std::string& name, const OpenOptions& options) 
   if (name.starts_with(kReplay)) return open_replay(name, options);
   if (!name.starts_with(kUsb) && !name.starts_with(kSim)) throw_unknown(name);
   Link link = name.starts_with(kUsb) ? open_usb(name) : open_sim(name);
-  coolscan::OpenAs open_as{name, {}};
+  OpenAs open_as{name, {}};
   if (!options.record_to.empty()) {
     // A replay has to write the bytes of this scan, its time included.
     open_as.started_at_utc = utc_now();
@@ -168,8 +162,7 @@ OpenedScanner open_scanner(const std::string& name, const OpenOptions& options) 
         SessionHeader{name, open_as.started_at_utc, options.record_comment});
   }
   OpenedScanner opened;
-  opened.scanner =
-      std::make_unique<coolscan::Coolscan>(std::move(link.usb), link.clock, std::move(open_as));
+  opened.scanner = open_family(std::move(link.usb), link.clock, std::move(open_as));
   return opened;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "drivers/sim/pie/pie_model.h"
 #include "drivers/sim/sim_key.h"
 
 namespace reseau::sim {
@@ -70,6 +71,10 @@ const std::vector<Key>& number_keys() {
        [](SimSpec& s, double v) { s.unit.unplug_after = as_int(v); }},
       {"stall_after", 0, 1e9, true, "transfers until one stalls (0 = never)",
        [](SimSpec& s, double v) { s.unit.stall_after = as_int(v); }},
+      {"again", 0, 1000, true, "PIE: times that the first READ of a pass has to come again",
+       [](SimSpec& s, double v) { s.unit.again = as_int(v); }},
+      {"bottom_up", 0, 1, true, "PIE: passes are read with the carriage coming back",
+       [](SimSpec& s, double v) { s.unit.bottom_up = v != 0; }},
       {"silent_after", 0, 1e9, true, "transfers until the unit stops answering (0 = never)",
        [](SimSpec& s, double v) { s.unit.silent_after = as_int(v); }},
   };
@@ -164,6 +169,9 @@ SimSpec parse_sim_spec(std::string_view name) {
   const std::size_t mark = name.find('?');
   SimSpec spec;
   spec.model = std::string(name.substr(0, mark));
+  if (const pie::PieModel* const model = pie::find_pie_model(spec.model)) {
+    pie::set_pie_defaults(*model, spec);
+  }
   const std::string_view settings = mark == std::string_view::npos ? "" : name.substr(mark + 1);
   // First what sets several values that other keys may change.
   for (const bool choices : {true, false}) apply_all(spec, settings, choices);

@@ -26,6 +26,8 @@ struct UnitSpec {
   int unplug_after = 0;        // from this transfer on the unit is gone
   int stall_after = 0;         // this one transfer stalls
   int silent_after = 0;        // from this transfer on IN times out
+  int again = 0;               // PIE: so many times the first READ of a pass has to come again
+  bool bottom_up = false;      // PIE: passes are read with the carriage coming back
 };
 
 struct SimSpec {
