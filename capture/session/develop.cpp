@@ -81,6 +81,7 @@ Development develop(const LineSource& source, const DevelopOptions& options,
   reconstruct_options.white_level = options.white_level;
   reconstruct_options.n_threads = options.n_threads;
   reconstruct_options.exact = options.exact;
+  reconstruct_options.quality = options.quality;
   result.report = reconstruct(source, result.registration, reconstruct_options, sink,
                               report(DevelopPhase::kReconstruct), stop);
   if (!sink.ended) {

@@ -22,6 +22,7 @@ struct DevelopOptions {
   ColorRecipe color;
   ViewGamut view_gamut = ViewGamut::kClip;
   double white_level = 1.0;
+  Quality quality = Quality::kStandard;
   int n_threads = 0;
   bool exact = false;
   std::filesystem::path exr, tiff, png;  // exr is required; empty view paths = none
