@@ -9,17 +9,16 @@
 #include "core/base/parallel.h"
 #include "core/reconstruct/reconstruct.h"
 #include "core/screen/cell_moments.h"
+#include "core/screen/follow_screen.h"
 #include "core/screen/lattice_search.h"
 #include "core/screen/linear_rows.h"
-#include "core/screen/map_fit.h"
-#include "core/screen/phase_samples.h"
 #include "core/screen/screen_pattern.h"
 
 namespace reseau {
 namespace {
 
 constexpr int kSearchRows = 512;  // a réseau is looked for in blocks of so many lines
-constexpr int kTaskRows = 2 * kCellPx;
+constexpr int kTaskRows = 32;  // a multiple of the lines of a cell
 
 // The plane that fits the map best over the whole frame: a stage that wobbles bends the slope at
 // any one place by more than the lattice is wrong on the whole.
@@ -104,17 +103,18 @@ class Tracker {
 
   Registration track(const LatticeSeed& seed) {
     const LineFormat& format = source_.format();
-    CellGrid cells(format.width_px, format.n_lines, seed.carriers);
+    CellGrid cells(format.width_px, format.n_lines, seed.carriers, CellSize{},
+                   keep_every_for(format.width_px, format.n_lines, false));
     int done = 0;
     while (done < format.n_lines) {
       const int want = std::min(format.n_lines, done + kTaskRows);
       int have = source_.wait_committed(want, stop_);
       if (stop_.stop_requested()) return stopped();
       const bool ended = have < want;
-      // Whole cells only, but for the end of the frame.
-      int end = have == format.n_lines || ended ? have : have / kCellPx * kCellPx;
+      // Whole bands only, but for the end of the frame.
+      int end = have == format.n_lines || ended ? have : have / kTaskRows * kTaskRows;
       end = std::min(end, done + 64 * kTaskRows);
-      if (ended) end = have / kCellPx * kCellPx;
+      if (ended) end = have / kTaskRows * kTaskRows;
       if (end > done) accumulate(cells, done, end);
       done = std::max(done, end);
       if (progress_) progress_(0.9 * done / format.n_lines);
@@ -136,56 +136,23 @@ class Tracker {
   }
 
   Registration finish(const LatticeSeed& seed, const CellGrid& cells) {
-    const LineFormat& format = source_.format();
     Registration result;
     result.screen = "none";
-    const double period = std::max(1 / norm(seed.carriers.u), 1 / norm(seed.carriers.v));
-    WindowShape shape;
-    shape.sigma_cells = std::max(1.0, 0.12 * period);
-    shape.stride_cells = 2;
-    WindowShape coarse = shape;
-    coarse.sigma_cells = 1.3 * shape.sigma_cells;
-    ColorSeries series = series_from_response(seed.response, seed.carriers, seed.sigma_px);
-    std::vector<PhaseSample> samples =
-        grow_samples(cells, seed.center_px, seed.screen_at_center, series, coarse);
-    MapFit fit = fit_map(samples, format.width_px, format.n_lines);
-    if (!fit.usable) {
+    const FollowedScreen followed = follow_screen(cells, seed);
+    if (!followed.fit.usable) {
       result.reason =
           "No réseau was found: a repeating pattern was seen in one place but could not be "
           "followed from there.";
       return result;
     }
-    for (int round = 0; round < 2; ++round) {
-      if (!pooled_series(cells, fit.map, series)) break;
-      // The pattern is even about its origin: an odd part is the error of the origin so far, which
-      // the next round is to find, not to keep.
-      for (auto& channel : series.harmonic) {
-        for (auto& value : channel) value = value.real();
-      }
-      samples = measure_samples(cells, fit.map, series, shape, pattern_blur_px2(series, fit.map));
-      const MapFit better = fit_map(samples, format.width_px, format.n_lines);
-      if (!better.usable) break;
-      fit = better;
-    }
-    fill(result, seed, cells, fit, samples);
+    fill(result, seed, followed);
     return result;
   }
 
-  void fill(Registration& result, const LatticeSeed& seed, const CellGrid& cells, const MapFit& fit,
-            const std::vector<PhaseSample>& samples) const {
+  void fill(Registration& result, const LatticeSeed& seed, const FollowedScreen& followed) const {
     const LineFormat& format = source_.format();
-    int lit = 0;
-    double light_max = 0;
-    for (int r = 0; r < cells.n_rows(); ++r) {
-      for (int c = 0; c < cells.n_columns(); ++c)
-        light_max = std::max(light_max, cells.light(c, r));
-    }
-    for (int r = 0; r < cells.n_rows(); ++r) {
-      for (int c = 0; c < cells.n_columns(); ++c)
-        lit += cells.light(c, r) > 1e-3 * light_max ? 1 : 0;
-    }
-    const double coverage =
-        std::min(1.0, 4.0 * static_cast<double>(samples.size()) / std::max(lit, 1));
+    const MapFit& fit = followed.fit;
+    const double coverage = followed.coverage;
     result.map = fit.map;
     result.residual_px = fit.residual_px;
     result.n_windows = fit.n_used;

@@ -1,5 +1,6 @@
 #include "core/screen/cell_moments.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -8,20 +9,37 @@
 namespace reseau {
 namespace {
 
+// Four pixels at once: arithmetic of a fixed order that every compiler turns into vectors.
+using Quad = float __attribute__((vector_size(16)));
+constexpr int kMostLines = 16;
+
 double cycles(const HarmonicIndex& h, const Carriers& f, double x, double y) {
   const double turns = (h.u * f.u.x + h.v * f.v.x) * x + (h.u * f.u.y + h.v * f.v.y) * y;
   return turns - std::floor(turns);
 }
 
+float total_of(Quad q) { return (q[0] + q[1]) + (q[2] + q[3]); }
+
+template <int kQuads>
+float total_of(const Quad (&values)[kQuads]) {
+  Quad sum = values[0];
+  for (int i = 1; i < kQuads; ++i) sum += values[i];
+  return total_of(sum);
+}
+
 }  // namespace
 
-CellGrid::CellGrid(int width_px, int height_px, Carriers carriers)
+CellGrid::CellGrid(int width_px, int height_px, Carriers carriers, CellSize size, int keep_every)
     : width_px_(width_px),
       height_px_(height_px),
-      n_columns_((width_px + kCellPx - 1) / kCellPx),
-      n_rows_((height_px + kCellPx - 1) / kCellPx),
+      size_(size),
+      keep_every_(keep_every),
+      n_columns_((width_px + size.width - 1) / size.width),
+      n_rows_((height_px + size.lines - 1) / size.lines),
+      n_kept_((n_columns_ + 2 * keep_every - 1) / (2 * keep_every) * 2),
       carriers_(carriers) {
-  CHECK(width_px > 0 && height_px > 0);
+  CHECK(width_px > 0 && height_px > 0 && keep_every > 0);
+  CHECK((size.width == 8 || size.width == 16) && size.lines > 0 && size.lines <= kMostLines);
   const auto fill = [&](std::vector<float>& cosines, std::vector<float>& sines, std::size_t n,
                         bool along_x) {
     cosines.resize(kDifferences.size() * n);
@@ -36,102 +54,130 @@ CellGrid::CellGrid(int width_px, int height_px, Carriers carriers)
       }
     }
   };
-  fill(cos_x_, sin_x_, static_cast<std::size_t>(n_columns_) * kCellPx, true);
+  fill(cos_x_, sin_x_, static_cast<std::size_t>(n_columns_ * size.width), true);
   fill(cos_y_, sin_y_, static_cast<std::size_t>(height_px), false);
-  data_.resize(static_cast<std::size_t>(n_columns_) * static_cast<std::size_t>(n_rows_) * kStride);
+  data_.resize(static_cast<std::size_t>(n_kept_) * static_cast<std::size_t>(n_rows_) * kStride);
 }
 
 void CellGrid::accumulate(const LinearRows& rows) {
-  CHECK(rows.first % kCellPx == 0 && rows.width_px == width_px_);
-  for (int y = 0; y < rows.n; y += kCellPx) {
-    const int n_lines = std::min(kCellPx, rows.n - y);
-    const int row = (rows.first + y) / kCellPx;
-    CHECK(n_lines == kCellPx || rows.first + rows.n == height_px_);
+  CHECK(rows.first % size_.lines == 0 && rows.width_px == width_px_);
+  for (int y = 0; y < rows.n; y += size_.lines) {
+    const int n_lines = std::min(size_.lines, rows.n - y);
+    const int row = (rows.first + y) / size_.lines;
+    CHECK(n_lines == size_.lines || rows.first + rows.n == height_px_);
     for (int column = 0; column < n_columns_; ++column) {
-      accumulate_cell(rows, column, row, y, n_lines);
+      if (!kept(column)) continue;
+      if (size_.width == 16) {
+        accumulate_cell<4>(rows, column, row, y, n_lines);
+      } else {
+        accumulate_cell<2>(rows, column, row, y, n_lines);
+      }
     }
   }
 }
 
-// Along y each harmonic is one complex number per line, along x a table: the inner loops multiply
-// 16 pixels by a scalar, which compilers turn into vectors without reordering any sum.
+// Along y each harmonic is one complex number per line, along x a table: first the lines of a cell
+// are summed pixel column by pixel column, then the columns.
+template <int kQuads>
 void CellGrid::accumulate_cell(const LinearRows& rows, int column, int row, int y0, int n_lines) {
+  constexpr int kWidth = 4 * kQuads;
   constexpr std::size_t kN = kDifferences.size();
-  constexpr std::size_t kSums = kN + 3 * kSeries;
-  alignas(64) float re[kSums][kCellPx] = {};
-  alignas(64) float im[kSums][kCellPx] = {};
-  alignas(64) float plain[8][kCellPx] = {};  // S^2, S X_c, X_c^2, count
-  const int x0 = column * kCellPx;
-  const int n_pixels = std::min(kCellPx, width_px_ - x0);
+  // S^2, S R, S G, S B of every pixel.
+  alignas(16) float product[4][kMostLines][kWidth];
+  alignas(16) float square[3][kWidth] = {};
+  alignas(16) float count[kWidth] = {};
+  const int x0 = column * kWidth;
+  const int n_pixels = std::min(kWidth, width_px_ - x0);
+  float left = 0, right = 0, top = 0, bottom = 0;
   for (int line = 0; line < n_lines; ++line) {
-    alignas(64) float product[4][kCellPx] = {};  // S^2, S X_c
     const float* s = rows.row(3, y0 + line) + x0;
+    float* s2 = product[0][line];
+    if (n_pixels < kWidth) {
+      for (auto& plane : product) std::fill_n(plane[line], kWidth, 0.0F);
+    }
     for (int x = 0; x < n_pixels; ++x) {
-      product[0][x] = s[x] * s[x];
-      plain[7][x] += s[x] > 0 ? 1.0F : 0.0F;
+      s2[x] = s[x] * s[x];
+      count[x] += s[x] > 0 ? 1.0F : 0.0F;
     }
     for (int c = 0; c < 3; ++c) {
       const float* value = rows.row(c, y0 + line) + x0;
       for (int x = 0; x < n_pixels; ++x) {
-        product[c + 1][x] = s[x] * value[x];
-        plain[c + 4][x] += s[x] > 0 ? value[x] * value[x] : 0.0F;
+        product[c + 1][line][x] = s[x] * value[x];
+        square[c][x] += s[x] > 0 ? value[x] * value[x] : 0.0F;
       }
     }
-    for (int k = 0; k < 4; ++k) {
-      for (int x = 0; x < kCellPx; ++x) plain[k][x] += product[k][x];
+    left += s2[0];
+    right += s2[n_pixels - 1];
+    if (line == 0) {
+      for (int x = 0; x < n_pixels; ++x) top += s2[x];
     }
-    const int y_px = rows.first + y0 + line;
-    const auto y = static_cast<std::size_t>(y_px);
-    for (std::size_t h = 0; h < kN; ++h) {
-      const float cosine = cos_y_[h * static_cast<std::size_t>(height_px_) + y];
-      const float sine = sin_y_[h * static_cast<std::size_t>(height_px_) + y];
-      for (int x = 0; x < kCellPx; ++x) {
-        re[h][x] += product[0][x] * cosine;
-        im[h][x] += product[0][x] * sine;
-      }
-      if (h >= kSeries) continue;
-      for (std::size_t c = 0; c < 3; ++c) {
-        for (int x = 0; x < kCellPx; ++x) {
-          re[kN + c * kSeries + h][x] += product[c + 1][x] * cosine;
-          im[kN + c * kSeries + h][x] -= product[c + 1][x] * sine;
-        }
-      }
+    if (line == n_lines - 1) {
+      for (int x = 0; x < n_pixels; ++x) bottom += s2[x];
     }
   }
-  const auto total = [](const float* values) {
+  const auto quads_of = [](const float* values) { return reinterpret_cast<const Quad*>(values); };
+  // The sum of one plane under one harmonic; `sign` turns the table into its conjugate.
+  const auto plain = [&](int k) {
+    Quad sum[kQuads] = {};
+    for (int line = 0; line < n_lines; ++line) {
+      const Quad* p = quads_of(product[k][line]);
+      for (int i = 0; i < kQuads; ++i) sum[i] += p[i];
+    }
+    return total_of<kQuads>(sum);
+  };
+  const std::size_t padded = static_cast<std::size_t>(n_columns_) * kWidth;
+  const auto height = static_cast<std::size_t>(height_px_);
+  const auto first = static_cast<std::size_t>(rows.first + y0);
+  float* out = &data_[index(column, row)];
+  const auto under = [&](int k, std::size_t h, float sign) {
+    Quad re[kQuads] = {}, im[kQuads] = {};
+    const float* cos_y = &cos_y_[h * height + first];
+    const float* sin_y = &sin_y_[h * height + first];
+    for (int line = 0; line < n_lines; ++line) {
+      const Quad* p = quads_of(product[k][line]);
+      const float cosine = cos_y[line], sine = sin_y[line];
+      for (int i = 0; i < kQuads; ++i) {
+        re[i] += p[i] * cosine;
+        im[i] += p[i] * sine;
+      }
+    }
+    const float* cos_x = &cos_x_[h * padded + static_cast<std::size_t>(x0)];
+    const float* sin_x = &sin_x_[h * padded + static_cast<std::size_t>(x0)];
+    Quad sum_re = {}, sum_im = {};
+    for (int i = 0; i < kQuads; ++i) {
+      Quad c, s;
+      for (int j = 0; j < 4; ++j) {
+        c[j] = cos_x[4 * i + j];
+        s[j] = sin_x[4 * i + j];
+      }
+      sum_re += re[i] * c - im[i] * s;
+      sum_im += im[i] * c + re[i] * s;
+    }
+    *out++ = total_of(sum_re);
+    *out++ = sign * total_of(sum_im);
+  };
+  *out++ = plain(0);
+  for (std::size_t h = 0; h < kN; ++h) under(0, h, 1.0F);
+  for (int c = 0; c < 3; ++c) *out++ = plain(c + 1);
+  for (int c = 0; c < 3; ++c) {
+    for (std::size_t h = 0; h < kSeries; ++h) under(c + 1, h, -1.0F);  // r holds conj(E)
+  }
+  const auto sum_of = [](const float* values) {
     float sum = 0;
-    for (int x = 0; x < kCellPx; ++x) sum += values[x];
+    for (int x = 0; x < kWidth; ++x) sum += values[x];
     return sum;
   };
-  const std::size_t padded = static_cast<std::size_t>(n_columns_) * kCellPx;
-  float* out = &data_[(static_cast<std::size_t>(row) * static_cast<std::size_t>(n_columns_) +
-                       static_cast<std::size_t>(column)) *
-                      kStride];
-  *out++ = total(plain[0]);
-  for (std::size_t i = 0; i < kSums; ++i) {
-    if (i == kN) {
-      for (int c = 0; c < 3; ++c) *out++ = total(plain[c + 1]);
-    }
-    const std::size_t h = i < kN ? i : (i - kN) % kSeries;
-    const float* cosine = &cos_x_[h * padded + static_cast<std::size_t>(x0)];
-    const float* sine = &sin_x_[h * padded + static_cast<std::size_t>(x0)];
-    const float sign = i < kN ? 1.0F : -1.0F;  // r holds the conjugate of E
-    float sum_re = 0, sum_im = 0;
-    for (int x = 0; x < kCellPx; ++x) {
-      sum_re += re[i][x] * cosine[x] - sign * im[i][x] * sine[x];
-      sum_im += im[i][x] * cosine[x] + sign * re[i][x] * sine[x];
-    }
-    *out++ = sum_re;
-    *out++ = sum_im;
-  }
-  for (int c = 0; c < 3; ++c) *out++ = total(plain[c + 4]);
-  *out = total(plain[7]);
+  for (const auto& values : square) *out++ = sum_of(values);
+  *out++ = sum_of(count);
+  *out++ = left;
+  *out++ = right;
+  *out++ = top;
+  *out = bottom;
 }
 
 Moments CellGrid::cell(int column, int row) const {
-  const float* in = &data_[(static_cast<std::size_t>(row) * static_cast<std::size_t>(n_columns_) +
-                            static_cast<std::size_t>(column)) *
-                           kStride];
+  CHECK(kept(column));
+  const float* in = &data_[index(column, row)];
   Moments m;
   const auto next = [&in] { return static_cast<double>(*in++); };
   const auto next_complex = [&next] {
@@ -149,11 +195,22 @@ Moments CellGrid::cell(int column, int row) const {
   return m;
 }
 
-double CellGrid::light(int column, int row) const {
-  return static_cast<double>(
-      data_[(static_cast<std::size_t>(row) * static_cast<std::size_t>(n_columns_) +
-             static_cast<std::size_t>(column)) *
-            kStride]);
+Vec2 CellGrid::slope(int column, int row) const {
+  const float* in = &data_[index(column, row)] + kStride - 4;
+  const int width = std::min(size_.width, width_px_ - column * size_.width);
+  const int lines = std::min(size_.lines, height_px_ - row * size_.lines);
+  if (width < 2 || lines < 2) return {};
+  // The borders are half a pixel inside the cell.
+  const double across = 0.5 * width / (width - 1), along = 0.5 * lines / (lines - 1);
+  return {across * (static_cast<double>(in[1]) - static_cast<double>(in[0])),
+          along * (static_cast<double>(in[3]) - static_cast<double>(in[2]))};
+}
+
+double CellGrid::filled(int column, int row) const {
+  if (!kept(column)) return 0;
+  const int width = std::min(size_.width, width_px_ - column * size_.width);
+  const int lines = std::min(size_.lines, height_px_ - row * size_.lines);
+  return static_cast<double>(data_[index(column, row) + kStride - 5]) / (width * lines);
 }
 
 }  // namespace reseau

@@ -1,6 +1,6 @@
 // The one pass over the pixels that registration needs. Everywhere RGB = S * pattern, S being the
-// silver; the pattern is a short Fourier series on the lattice. For every cell of 16 x 16 pixels
-// the sums are kept from which the least-squares fit of that series to any window of cells, with
+// silver; the pattern is a short Fourier series on the lattice. For every small cell of pixels the
+// sums are kept from which the least-squares fit of that series to any window of cells, with
 // any slowly varying phase, follows without looking at a pixel again:
 //   N(d)    = sum S^2 E(d)            d = differences of two harmonics
 //   r(c, h) = sum S X_c conj(E(h))    X_c = linear R, G, B
@@ -10,6 +10,7 @@
 
 #include <array>
 #include <complex>
+#include <cstddef>
 #include <vector>
 
 #include "core/geometry/vec2.h"
@@ -40,7 +41,11 @@ inline constexpr std::array<HarmonicIndex, 12> kDifferences{{{1, 0},
                                                              {2, 2},
                                                              {2, -2}}};
 inline constexpr int kSeries = 4;
-inline constexpr int kCellPx = 16;
+
+// Size of a cell [px]: along x and along y.
+struct CellSize {
+  int width = 16, lines = 8;
+};
 
 struct Moments {
   double n0 = 0;                                                 // N(0)
@@ -51,36 +56,59 @@ struct Moments {
   double pixels = 0;  // that had weight
 };
 
+// Sum over the pixels of S grad(S) = grad(S^2) / 2: what S^2 gains from border to border of a cell.
 // Cells of the whole frame, filled band by band. Different bands may be filled by different
-// threads.
+// threads. Of a large frame only every n-th pair of columns of cells is kept: `keep_every`.
 class CellGrid {
  public:
-  CellGrid(int width_px, int height_px, Carriers carriers);
+  CellGrid(int width_px, int height_px, Carriers carriers, CellSize size = {}, int keep_every = 1);
 
+  [[nodiscard]] int width_px() const { return width_px_; }
+  [[nodiscard]] int height_px() const { return height_px_; }
   [[nodiscard]] int n_columns() const { return n_columns_; }
   [[nodiscard]] int n_rows() const { return n_rows_; }
+  [[nodiscard]] CellSize size() const { return size_; }
+  [[nodiscard]] int keep_every() const { return keep_every_; }
   [[nodiscard]] const Carriers& carriers() const { return carriers_; }
+  [[nodiscard]] bool kept(int column) const { return column / 2 % keep_every_ == 0; }
   [[nodiscard]] Vec2 center(int column, int row) const {
-    return {kCellPx * (column + 0.5) - 0.5, kCellPx * (row + 0.5) - 0.5};
+    return {size_.width * (column + 0.5) - 0.5, size_.lines * (row + 0.5) - 0.5};
   }
 
-  // Fills every cell row that lies in `rows`; rows.first must be a multiple of kCellPx, and rows.n
-  // too unless the block ends the frame. Thread-safe for disjoint blocks.
+  // Fills every cell row that lies in `rows`; rows.first must be a multiple of the lines of a cell,
+  // and rows.n too unless the block ends the frame. Thread-safe for disjoint blocks.
   void accumulate(const LinearRows& rows);
 
+  // Of a kept column.
   [[nodiscard]] Moments cell(int column, int row) const;
-  // N(0) alone: how much light the cell has.
-  [[nodiscard]] double light(int column, int row) const;
+  // N(0) alone: how much light the cell has; 0 where the column is not kept.
+  [[nodiscard]] double light(int column, int row) const {
+    return kept(column) ? static_cast<double>(data_[index(column, row)]) : 0;
+  }
+  // Sum of S grad(S) over the cell's pixels, from what lies on its four borders. Over N(0) that is
+  // the mean slope of ln S as a fit with the weight S^2 sees it [1/px].
+  [[nodiscard]] Vec2 slope(int column, int row) const;
+  // Pixels of the cell that had weight, 0..1.
+  [[nodiscard]] double filled(int column, int row) const;
 
  private:
-  static constexpr int kStride = 1 + 24 + 3 + 24 + 3 + 1;
+  static constexpr std::size_t kStride = 1 + 24 + 3 + 24 + 3 + 1 + 4;
+  template <int kQuads>
   void accumulate_cell(const LinearRows& rows, int column, int row, int y0, int n_lines);
+  [[nodiscard]] std::size_t index(int column, int row) const {
+    const int kept_column = column / 2 / keep_every_ * 2 + column % 2;
+    return (static_cast<std::size_t>(row) * static_cast<std::size_t>(n_kept_) +
+            static_cast<std::size_t>(kept_column)) *
+           kStride;
+  }
 
-  int width_px_, height_px_, n_columns_, n_rows_;
+  int width_px_, height_px_;
+  CellSize size_;
+  int keep_every_, n_columns_, n_rows_, n_kept_;
   Carriers carriers_;
   std::vector<float> cos_x_, sin_x_;  // [harmonic][x], padded to whole cells
   std::vector<float> cos_y_, sin_y_;  // [harmonic][y]
-  std::vector<float> data_;           // [cell][kStride]
+  std::vector<float> data_;           // [row][kept column][kStride]
 };
 
 }  // namespace reseau

@@ -113,7 +113,8 @@ ScatteredValues leftovers(const std::vector<PhaseSample>& samples, const Affine&
 
 }  // namespace
 
-MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px) {
+MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px,
+               double finest_px) {
   MapFit fit;
   if (samples.size() < 6) return fit;
   const double scale = std::max(width_px, height_px);
@@ -127,13 +128,13 @@ MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height
     residuals[i] = samples[i].s_in_screen - affine(samples[i].p_in_scan);
   }
 
-  SurfaceLevels levels = surface_levels(width_px, height_px);
+  SurfaceLevels levels = surface_levels(width_px, height_px, finest_px);
   SplineSurface surface_u, surface_v;
   for (int round = 0; round < kRobustRounds; ++round) {
     ScatteredValues u = leftovers(samples, affine, weights.u, true);
     ScatteredValues v = leftovers(samples, affine, weights.v, false);
     if (round < kChoosingRounds) {
-      levels = surface_levels(width_px, height_px);
+      levels = surface_levels(width_px, height_px, finest_px);
       if (rms_px(samples, affine, weights) > kAffineSufficesPx) {
         choose_levels({&u, &v}, width_px, height_px, levels);
       }

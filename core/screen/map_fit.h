@@ -19,6 +19,8 @@ struct MapFit {
 // Robust affine map, and where held-out blocks of samples prove that it is better, a displacement
 // by cubic B-splines from coarse to fine whose levels those blocks choose. Needs at least 6
 // samples.
-[[nodiscard]] MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px);
+// Levels finer than finest_px are not tried.
+[[nodiscard]] MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px,
+                             double finest_px);
 
 }  // namespace reseau

@@ -1,15 +1,12 @@
 #include "core/screen/phase_samples.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numbers>
 #include <queue>
 #include <utility>
 
-#include <Eigen/Dense>
-
 #include "core/base/parallel.h"
-#include "core/screen/element_model.h"
 
 namespace reseau {
 namespace {
@@ -23,52 +20,65 @@ Vec2 carrier_phase(const Carriers& f, Vec2 p) { return {dot(f.u, p), dot(f.v, p)
 
 Mat2 carrier_matrix(const Carriers& f) { return {f.u.x, f.u.y, f.v.x, f.v.y}; }
 
-// Where the brightness of a window has its centre, against where the window has it. Blur moves the
-// pattern up the slope of the brightness s by blur^2 grad(ln s); the mean of grad(ln s) over a
-// Gaussian window with the weight s^2 is half the offset of the centre of s^2 over the window's
-// own variance, whatever the picture looks like inside.
-struct Slope {
-  Vec2 bright, all;
-  double sum_bright = 0, sum_all = 0;
-  void add(Vec2 offset, double weight, double light) {
-    bright = bright + (weight * light) * offset;
-    all = all + weight * offset;
-    sum_bright += weight * light;
-    sum_all += weight;
-  }
-  [[nodiscard]] Vec2 log_gradient(double sigma_px) const {
-    if (!(sum_bright > 0)) return {};
-    return (0.5 / (sigma_px * sigma_px)) * ((1 / sum_bright) * bright - (1 / sum_all) * all);
-  }
+// Cells [column, column + n_columns) x [row, row + n_rows) of a grid, cut to it.
+struct CellRange {
+  int column0, column1, row0, row1;
 };
 
-// Sums the cells about (column, row) as seen by `screen_at`, a prediction of screen coordinates.
+CellRange range_of(const CellGrid& cells, const BlockShape& shape, int i, int j, int reach) {
+  const int width = shape.columns * cells.keep_every();
+  return {std::max(0, i * width - reach), std::min(cells.n_columns(), (i + 1) * width + reach),
+          std::max(0, j * shape.rows - reach),
+          std::min(cells.n_rows(), (j + 1) * shape.rows + reach)};
+}
+
+struct BlockGrid {
+  int nx, ny;
+  BlockGrid(const CellGrid& cells, const BlockShape& shape)
+      : nx((cells.n_columns() + shape.columns * cells.keep_every() - 1) /
+           (shape.columns * cells.keep_every())),
+        ny((cells.n_rows() + shape.rows - 1) / shape.rows) {}
+};
+
+// The middle of the kept cells of a range.
+Vec2 middle_of(const CellGrid& cells, const CellRange& range) {
+  Vec2 sum;
+  int n = 0;
+  for (int c = range.column0; c < range.column1; ++c) {
+    if (!cells.kept(c)) continue;
+    sum = sum + cells.center(c, range.row0);
+    ++n;
+  }
+  const double y0 = cells.center(0, range.row0).y, y1 = cells.center(0, range.row1 - 1).y;
+  return {n > 0 ? sum.x / n : cells.center(range.column0, range.row0).x, 0.5 * (y0 + y1)};
+}
+
+// The sums of a block, its phases turned by `screen_at`, a prediction of screen coordinates.
+struct Window {
+  Moments moments;
+  Vec2 slope;   // sum of S grad(S)
+  Vec2 center;  // of the light
+};
+
 template <typename Predict>
-Moments window_at(const CellGrid& cells, double column, double row, double sigma,
-                  const Predict& predict, Slope* slope = nullptr) {
-  Moments window;
-  const int reach = static_cast<int>(std::ceil(2.5 * sigma));
-  const int c0 = std::max(0, static_cast<int>(std::floor(column)) - reach);
-  const int c1 = std::min(cells.n_columns() - 1, static_cast<int>(std::ceil(column)) + reach);
-  const int r0 = std::max(0, static_cast<int>(std::floor(row)) - reach);
-  const int r1 = std::min(cells.n_rows() - 1, static_cast<int>(std::ceil(row)) + reach);
-  for (int r = r0; r <= r1; ++r) {
-    for (int c = c0; c <= c1; ++c) {
-      const double distance = (c - column) * (c - column) + (r - row) * (r - row);
-      const double weight = std::exp(-0.5 * distance / (sigma * sigma));
-      if (slope != nullptr) {
-        slope->add({kCellPx * (c - column), kCellPx * (r - row)}, weight, cells.light(c, r));
-      }
-      if (!(cells.light(c, r) > 0)) continue;
+Window window_of(const CellGrid& cells, const CellRange& range, const Predict& screen_at) {
+  Window window;
+  for (int r = range.row0; r < range.row1; ++r) {
+    for (int c = range.column0; c < range.column1; ++c) {
+      const double light = cells.light(c, r);
+      if (!(light > 0)) continue;
       const Vec2 p = cells.center(c, r);
-      add_rephased(window, cells.cell(c, r), predict(p) - carrier_phase(cells.carriers(), p),
-                   weight);
+      add_rephased(window.moments, cells.cell(c, r),
+                   screen_at(c, r, p) - carrier_phase(cells.carriers(), p), 1);
+      window.center = window.center + light * p;
+      window.slope = window.slope + cells.slope(c, r);
     }
   }
+  if (window.moments.n0 > 0) window.center = (1 / window.moments.n0) * window.center;
   return window;
 }
 
-bool make_sample(const Shift& shift, Vec2 p, Vec2 predicted, PhaseSample& sample) {
+bool make_sample(const Shift& shift, Vec2 p, Vec2 predicted, bool lines, PhaseSample& sample) {
   if (!(shift.modulation > 0.2 && shift.modulation < 4)) return false;
   if (!(std::abs(shift.delta.x) < kLargestStep && std::abs(shift.delta.y) < kLargestStep))
     return false;
@@ -79,38 +89,50 @@ bool make_sample(const Shift& shift, Vec2 p, Vec2 predicted, PhaseSample& sample
   sample.info_v =
       shift.info_uu > 0 ? shift.info_vv - shift.info_uv * shift.info_uv / shift.info_uu : 0;
   sample.modulation = shift.modulation;
+  if (lines) {
+    // Nothing is known of u: what was predicted holds, and every block believes it alike.
+    sample.s_in_screen.x = predicted.x;
+    sample.info_v = shift.info_vv;
+    sample.info_u = sample.info_v;
+  }
   return true;
 }
 
 }  // namespace
 
 std::vector<PhaseSample> grow_samples(const CellGrid& cells, Vec2 seed_px, Vec2 screen_at_seed,
-                                      const ColorSeries& series, const WindowShape& shape) {
+                                      const ColorSeries& series, const BlockShape& shape,
+                                      bool lines) {
   struct Node {
     bool done = false, accepted = false;
     PhaseSample sample;
     Mat2 jacobian;
   };
-  const int stride = shape.stride_cells;
-  const int nx = (cells.n_columns() + stride - 1) / stride;
-  const int ny = (cells.n_rows() + stride - 1) / stride;
+  const BlockGrid grid(cells, shape);
+  const int nx = grid.nx, ny = grid.ny;
   std::vector<Node> nodes(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny));
   const auto node_at = [&](int i, int j) -> Node& {
     return nodes[static_cast<std::size_t>(j) * static_cast<std::size_t>(nx) +
                  static_cast<std::size_t>(i)];
   };
-  const auto cell_of = [&](int i, int n) { return std::min(i * stride + stride / 2, n - 1); };
+  const auto middle = [&](int i, int j) {
+    return middle_of(cells, range_of(cells, shape, i, j, 0));
+  };
   using Entry = std::pair<double, std::pair<int, int>>;
   std::priority_queue<Entry> queue;
 
+  // `predicted` and `jacobian` hold at the middle of the block.
   const auto measure = [&](int i, int j, Vec2 predicted, const Mat2& jacobian) {
     Node& node = node_at(i, j);
     node.done = true;
-    const int column = cell_of(i, cells.n_columns()), row = cell_of(j, cells.n_rows());
-    const Vec2 p = cells.center(column, row);
-    const Moments window = window_at(cells, column, row, shape.sigma_cells,
-                                     [&](Vec2 q) { return predicted + jacobian * (q - p); });
-    if (!make_sample(fit_shift(window, series), p, predicted, node.sample)) return;
+    const Vec2 p = middle(i, j);
+    const Window window =
+        window_of(cells, range_of(cells, shape, i, j, shape.reach),
+                  [&](int, int, Vec2 q) { return predicted + jacobian * (q - p); });
+    const Vec2 predicted_there = predicted + jacobian * (window.center - p);
+    if (!make_sample(fit_shift(window.moments, series), window.center, predicted_there, lines,
+                     node.sample))
+      return;
     const double info = std::min(node.sample.info_u, node.sample.info_v);
     if (info < kLeastInfo) return;
     node.accepted = true;
@@ -118,20 +140,21 @@ std::vector<PhaseSample> grow_samples(const CellGrid& cells, Vec2 seed_px, Vec2 
     queue.push({info, {i, j}});
   };
 
-  const int seed_i = std::clamp(static_cast<int>(seed_px.x / (kCellPx * stride)), 0, nx - 1);
-  const int seed_j = std::clamp(static_cast<int>(seed_px.y / (kCellPx * stride)), 0, ny - 1);
+  const double block_width = cells.size().width * shape.columns * cells.keep_every();
+  const int seed_i = std::clamp(static_cast<int>(seed_px.x / block_width), 0, nx - 1);
+  const int seed_j =
+      std::clamp(static_cast<int>(seed_px.y / (cells.size().lines * shape.rows)), 0, ny - 1);
   const Mat2 start = carrier_matrix(cells.carriers());
-  const Vec2 seed_center =
-      cells.center(cell_of(seed_i, cells.n_columns()), cell_of(seed_j, cells.n_rows()));
-  measure(seed_i, seed_j, screen_at_seed + start * (seed_center - seed_px), start);
+  measure(seed_i, seed_j, screen_at_seed + start * (middle(seed_i, seed_j) - seed_px), start);
   std::vector<PhaseSample> samples;
   while (!queue.empty()) {
-    const auto [i, j] = queue.top().second;
+    const std::pair<int, int> place = queue.top().second;
     queue.pop();
-    for (const auto& [di, dj] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
-      const int ni = i + di, nj = j + dj;
+    for (const std::pair<int, int>& step :
+         {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
+      const int ni = place.first + step.first, nj = place.second + step.second;
       if (ni < 0 || nj < 0 || ni >= nx || nj >= ny || node_at(ni, nj).done) continue;
-      const Vec2 p = cells.center(cell_of(ni, cells.n_columns()), cell_of(nj, cells.n_rows()));
+      const Vec2 p = middle(ni, nj);
       // Prediction from a plane through the accepted neighbours, pulled towards their own slopes.
       double weight_sum = 0;
       Vec2 predicted;
@@ -155,13 +178,14 @@ std::vector<PhaseSample> grow_samples(const CellGrid& cells, Vec2 seed_px, Vec2 
       measure(ni, nj, k * predicted, jacobian);
       if (!fresh.accepted) continue;
       // Half of the surprise corrects the slope along the step (Broyden).
-      const Vec2 step = p - node_at(i, j).sample.p_in_scan;
-      const Vec2 surprise = fresh.sample.s_in_screen - k * predicted;
-      const double gain = 0.5 / dot(step, step);
-      fresh.jacobian.a += gain * surprise.x * step.x;
-      fresh.jacobian.b += gain * surprise.x * step.y;
-      fresh.jacobian.c += gain * surprise.y * step.x;
-      fresh.jacobian.d += gain * surprise.y * step.y;
+      const Vec2 way = fresh.sample.p_in_scan - node_at(place.first, place.second).sample.p_in_scan;
+      const Vec2 surprise = fresh.sample.s_in_screen -
+                            (k * predicted + jacobian * (fresh.sample.p_in_scan - p));
+      const double gain = 0.5 / std::max(dot(way, way), 1.0);
+      fresh.jacobian.a += gain * surprise.x * way.x;
+      fresh.jacobian.b += gain * surprise.x * way.y;
+      fresh.jacobian.c += gain * surprise.y * way.x;
+      fresh.jacobian.d += gain * surprise.y * way.y;
     }
   }
   for (const Node& node : nodes) {
@@ -170,37 +194,49 @@ std::vector<PhaseSample> grow_samples(const CellGrid& cells, Vec2 seed_px, Vec2 
   return samples;
 }
 
-std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap& map,
-                                         const ColorSeries& series, const WindowShape& shape,
-                                         double blur_px2) {
-  const int stride = shape.stride_cells;
-  const int nx = (cells.n_columns() + stride - 1) / stride;
-  const int ny = (cells.n_rows() + stride - 1) / stride;
-  // Where the map puts the centre of each cell, once for all windows that share it.
-  std::vector<Vec2> screen(static_cast<std::size_t>(cells.n_columns()) *
-                           static_cast<std::size_t>(cells.n_rows()));
+std::vector<Vec2> screen_at_cells(const CellGrid& cells, const ScreenMap& map) {
+  const auto n_columns = static_cast<std::size_t>(cells.n_columns());
+  std::vector<Vec2> screen(n_columns * static_cast<std::size_t>(cells.n_rows()));
+  // The mean over a cell of a map that bends, by two points per axis (Gauss-Legendre).
+  const double dx = map.is_affine() ? 0 : cells.size().width / std::sqrt(12.0);
+  const double dy = map.is_affine() ? 0 : cells.size().lines / std::sqrt(12.0);
   parallel_for(cells.n_rows(), [&](int r) {
     for (int c = 0; c < cells.n_columns(); ++c) {
-      screen[static_cast<std::size_t>(r) * static_cast<std::size_t>(cells.n_columns()) +
-             static_cast<std::size_t>(c)] = map.screen_from_scan(cells.center(c, r));
+      if (!cells.kept(c)) continue;
+      const Vec2 p = cells.center(c, r);
+      Vec2& out = screen[static_cast<std::size_t>(r) * n_columns + static_cast<std::size_t>(c)];
+      if (map.is_affine()) {
+        out = map.screen_from_scan(p);
+      } else {
+        out = 0.25 * (map.screen_from_scan(p + Vec2{-dx, -dy}) +
+                      map.screen_from_scan(p + Vec2{dx, -dy}) +
+                      map.screen_from_scan(p + Vec2{-dx, dy}) +
+                      map.screen_from_scan(p + Vec2{dx, dy}));
+      }
     }
   });
-  const auto screen_at = [&](Vec2 q) {
-    const auto c = static_cast<std::size_t>(std::lround((q.x + 0.5) / kCellPx - 0.5));
-    const auto r = static_cast<std::size_t>(std::lround((q.y + 0.5) / kCellPx - 0.5));
-    return screen[r * static_cast<std::size_t>(cells.n_columns()) + c];
-  };
-  std::vector<std::vector<PhaseSample>> rows(static_cast<std::size_t>(ny));
-  parallel_for(ny, [&](int j) {
-    for (int i = 0; i < nx; ++i) {
-      const int column = std::min(i * stride + stride / 2, cells.n_columns() - 1);
-      const int row = std::min(j * stride + stride / 2, cells.n_rows() - 1);
-      Slope slope;
-      const Moments window = window_at(cells, column, row, shape.sigma_cells, screen_at, &slope);
-      const Vec2 p = cells.center(column, row);
+  return screen;
+}
+
+std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap& map,
+                                         const std::vector<Vec2>& screen, const ColorSeries& series,
+                                         const BlockShape& shape, double blur_px2) {
+  const BlockGrid grid(cells, shape);
+  const auto n_columns = static_cast<std::size_t>(cells.n_columns());
+  std::vector<std::vector<PhaseSample>> rows(static_cast<std::size_t>(grid.ny));
+  parallel_for(grid.ny, [&](int j) {
+    for (int i = 0; i < grid.nx; ++i) {
+      const Window window =
+          window_of(cells, range_of(cells, shape, i, j, 0), [&](int c, int r, Vec2) {
+            return screen[static_cast<std::size_t>(r) * n_columns + static_cast<std::size_t>(c)];
+          });
+      if (!(window.moments.n0 > 0)) continue;
+      const Vec2 p = window.center;
       PhaseSample sample;
-      if (!make_sample(fit_shift(window, series), p, screen_at(p), sample)) continue;
-      const Vec2 drift = blur_px2 * slope.log_gradient(shape.sigma_cells * kCellPx);
+      if (!make_sample(fit_shift(window.moments, series), p, map.smooth_screen_from_scan(p), false,
+                       sample))
+        continue;
+      const Vec2 drift = (blur_px2 / window.moments.n0) * window.slope;
       sample.s_in_screen = sample.s_in_screen - map.jacobian(p) * drift;
       if (std::max(sample.info_u, sample.info_v) < kLeastInfo) continue;
       rows[static_cast<std::size_t>(j)].push_back(sample);
@@ -211,40 +247,15 @@ std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap&
   return samples;
 }
 
-double pattern_blur_px2(const ColorSeries& series, const ScreenMap& map) {
-  // As many amplitudes as the series has; the rest of the model's are not measured here.
-  constexpr int kKnown = 1 + kSeries;
-  const ElementModel model(map.linear(), {});
-  const auto misfit = [&](double sigma_px) {
-    const Eigen::Matrix<double, kKnown, 3> columns = model.columns(sigma_px).topRows<kKnown>();
-    const auto solver = columns.colPivHouseholderQr();
-    double sum = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      Eigen::Matrix<double, kKnown, 1> seen;
-      seen(0) = series.mean[c];
-      for (int i = 0; i < kSeries; ++i) {
-        seen(i + 1) = std::numbers::sqrt2 * series.harmonic[c][static_cast<std::size_t>(i)].real();
-      }
-      sum += (seen - columns * solver.solve(seen)).squaredNorm() / seen.squaredNorm();
-    }
-    return sum;
-  };
-  constexpr double kLeast = 0.25, kMost = 3.5, kStep = 0.05;
-  double best = kLeast;
-  for (double sigma = kLeast; sigma < kMost; sigma += kStep) {
-    if (misfit(sigma) < misfit(best)) best = sigma;
-  }
-  return best * best;
-}
-
-bool pooled_series(const CellGrid& cells, const ScreenMap& map, ColorSeries& series) {
+bool pooled_series(const CellGrid& cells, const std::vector<Vec2>& screen, ColorSeries& series) {
+  const auto n_columns = static_cast<std::size_t>(cells.n_columns());
   std::vector<Moments> rows(static_cast<std::size_t>(cells.n_rows()));
   parallel_for(cells.n_rows(), [&](int r) {
     for (int c = 0; c < cells.n_columns(); ++c) {
       if (!(cells.light(c, r) > 0)) continue;
-      const Vec2 p = cells.center(c, r);
+      const Vec2 s = screen[static_cast<std::size_t>(r) * n_columns + static_cast<std::size_t>(c)];
       add_rephased(rows[static_cast<std::size_t>(r)], cells.cell(c, r),
-                   map.screen_from_scan(p) - carrier_phase(cells.carriers(), p), 1);
+                   s - carrier_phase(cells.carriers(), cells.center(c, r)), 1);
     }
   });
   Moments total;

@@ -1,4 +1,4 @@
-// Measurements of where the réseau lies: one per window of cells.
+// Measurements of where the réseau lies: one per block of cells.
 #pragma once
 
 #include <vector>
@@ -10,36 +10,43 @@
 namespace reseau {
 
 struct PhaseSample {
-  Vec2 p_in_scan;
+  Vec2 p_in_scan;                 // centre of the block's light
   Vec2 s_in_screen;               // unwrapped
   double info_u = 0, info_v = 0;  // inverse variances [1/periods^2], each with the other unknown
   double modulation = 0;
 };
 
-struct WindowShape {
-  int stride_cells = 2;
-  double sigma_cells = 1.0;
+// Blocks of the grid, side by side: `columns` cells (a multiple of 2; a CellGrid's gaps count too)
+// by `rows` cells.
+struct BlockShape {
+  int columns = 2, rows = 4;
+  // Cells beyond the block's borders on each side that are looked at while following the réseau.
+  int reach = 0;
 };
 
-// Follows the réseau from the seed outwards, window by window, surest first. The result is
-// connected, so that no sample is off by a whole period.
+// Follows the réseau from the seed outwards, block by block, surest first. The result is connected,
+// so that no sample is off by a whole period. `lines`: a pattern of lines has no u; it is predicted
+// only.
 [[nodiscard]] std::vector<PhaseSample> grow_samples(const CellGrid& cells, Vec2 seed_px,
                                                     Vec2 screen_at_seed, const ColorSeries& series,
-                                                    const WindowShape& shape);
+                                                    const BlockShape& shape, bool lines);
 
-// Measures every window against a map that is right to a fraction of a period. Blur moves the
-// pattern up the slope of the brightness s: a mask m seen through a blur of variance b [px^2] is
+// Where a map puts the centre of every cell, mean over the cell [row][column].
+[[nodiscard]] std::vector<Vec2> screen_at_cells(const CellGrid& cells, const ScreenMap& map);
+
+// Measures every block of the cell rows [first_row, end_row) against a map that is right to a
+// fraction of a period; `screen` is screen_at_cells() of that map. Blur moves the pattern up the
+// slope of the brightness s: a mask m seen through a blur of variance b [px^2] is
 // h * (s m) = s (h * m) + b grad(s) . grad(h * m) + ..., the mask b grad(ln s) away. With blur_px2
-// = b that drift is taken off.
+// = b that drift is taken off. What is left of a line error is small; samples speak of the film
+// under an ideal stage: p_in_scan is where that would see it.
 [[nodiscard]] std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap& map,
+                                                       const std::vector<Vec2>& screen,
                                                        const ColorSeries& series,
-                                                       const WindowShape& shape, double blur_px2);
+                                                       const BlockShape& shape, double blur_px2);
 
-// Variance of the blur that explains the amplitudes of a series best, a step of 0.05 px in its
-// root [px^2].
-[[nodiscard]] double pattern_blur_px2(const ColorSeries& series, const ScreenMap& map);
-
-// Series over all cells under a map.
-[[nodiscard]] bool pooled_series(const CellGrid& cells, const ScreenMap& map, ColorSeries& series);
+// Series over all cells; `screen` is screen_at_cells() of the map they are seen under.
+[[nodiscard]] bool pooled_series(const CellGrid& cells, const std::vector<Vec2>& screen,
+                                 ColorSeries& series);
 
 }  // namespace reseau

@@ -6,41 +6,9 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/screen/cubic_spline.h"
 
 namespace reseau {
-namespace {
-
-// The four cubic B-spline weights and their derivatives at t in [0, 1).
-struct Weights {
-  std::array<double, 4> value;
-  std::array<double, 4> slope;
-};
-
-Weights spline_weights(double t) {
-  const double s = 1 - t;
-  return {{s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
-           (-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6, t * t * t / 6},
-          {-s * s / 2, (3 * t * t - 4 * t) / 2, (-3 * t * t + 2 * t + 1) / 2, t * t / 2}};
-}
-
-// Interval of the knot grid that holds `position`, clamped so that outside the grid the last
-// interval is used at its border: the displacement is held constant there, never extrapolated.
-struct Interval {
-  int index;
-  double t;
-  bool inside;
-};
-
-Interval locate(double position, double spacing, int n_coefficients) {
-  const double cell = position / spacing;
-  const double last = n_coefficients - 3;
-  const double clamped = std::clamp(cell, 0.0, last);
-  const int index = std::min(static_cast<int>(clamped), n_coefficients - 4);
-  return {index, clamped - index, cell >= 0 && cell <= last};
-}
-
-}  // namespace
-
 ScreenMap::ScreenMap(Mat2 linear, Vec2 offset) : linear_(linear), offset_(offset) {}
 
 ScreenMap::ScreenMap(Mat2 linear, Vec2 offset, double spacing_px, int n_columns, int n_rows,
@@ -56,13 +24,24 @@ ScreenMap::ScreenMap(Mat2 linear, Vec2 offset, double spacing_px, int n_columns,
         static_cast<std::size_t>(n_columns) * static_cast<std::size_t>(n_rows));
 }
 
-Vec2 ScreenMap::screen_from_scan(Vec2 p) const {
+ScreenMap ScreenMap::with_line_error(LineError line) const {
+  CHECK(line.none() || (line.spacing_px > 0 && line.coefficients.size() >= 4));
+  ScreenMap map = *this;
+  map.line_ = std::move(line);
+  return map;
+}
+
+Vec2 ScreenMap::screen_from_scan(Vec2 p_in_scan) const {
+  return smooth_screen_from_scan(p_in_scan + line_.at(p_in_scan));
+}
+
+Vec2 ScreenMap::smooth_screen_from_scan(Vec2 p) const {
   Vec2 s = linear_ * p + offset_;
-  if (is_affine()) return s;
-  const Interval x = locate(p.x, spacing_px_, n_columns_);
-  const Interval y = locate(p.y, spacing_px_, n_rows_);
-  const Weights wx = spline_weights(x.t);
-  const Weights wy = spline_weights(y.t);
+  if (coefficients_.empty()) return s;
+  const SplineInterval x = locate_interval(p.x, spacing_px_, n_columns_);
+  const SplineInterval y = locate_interval(p.y, spacing_px_, n_rows_);
+  const SplineWeights wx = spline_weights(x.t);
+  const SplineWeights wy = spline_weights(y.t);
   for (std::size_t j = 0; j < 4; ++j) {
     const Vec2* row = &coefficients_[(static_cast<std::size_t>(y.index) + j) *
                                          static_cast<std::size_t>(n_columns_) +
@@ -72,13 +51,28 @@ Vec2 ScreenMap::screen_from_scan(Vec2 p) const {
   return s;
 }
 
-Mat2 ScreenMap::jacobian(Vec2 p) const {
+Mat2 ScreenMap::jacobian(Vec2 p_in_scan) const {
+  const Mat2 smooth = smooth_jacobian(p_in_scan + line_.at(p_in_scan));
+  if (line_.none()) return smooth;
+  const Vec2 slope = line_.slope_at(p_in_scan);
+  Mat2 bent;
+  if (line_.axis == LineError::Axis::kColumns) {
+    bent.a += slope.x;
+    bent.c += slope.y;
+  } else {
+    bent.b += slope.x;
+    bent.d += slope.y;
+  }
+  return smooth * bent;
+}
+
+Mat2 ScreenMap::smooth_jacobian(Vec2 p) const {
   Mat2 result = linear_;
-  if (is_affine()) return result;
-  const Interval x = locate(p.x, spacing_px_, n_columns_);
-  const Interval y = locate(p.y, spacing_px_, n_rows_);
-  const Weights wx = spline_weights(x.t);
-  const Weights wy = spline_weights(y.t);
+  if (coefficients_.empty()) return result;
+  const SplineInterval x = locate_interval(p.x, spacing_px_, n_columns_);
+  const SplineInterval y = locate_interval(p.y, spacing_px_, n_rows_);
+  const SplineWeights wx = spline_weights(x.t);
+  const SplineWeights wy = spline_weights(y.t);
   Vec2 dx, dy;
   for (std::size_t j = 0; j < 4; ++j) {
     const Vec2* row = &coefficients_[(static_cast<std::size_t>(y.index) + j) *

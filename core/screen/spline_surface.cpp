@@ -234,10 +234,9 @@ bool SurfaceLevels::flat() const {
   return std::all_of(stiffness.begin(), stiffness.end(), [](double s) { return s < 0; });
 }
 
-SurfaceLevels surface_levels(int width_px, int height_px) {
+SurfaceLevels surface_levels(int width_px, int height_px, double finest_px) {
   SurfaceLevels levels;
-  const double area = static_cast<double>(width_px) * height_px;
-  double spacing = area > 20e6 ? 64 : 40;
+  double spacing = finest_px;
   std::vector<double> fine_first;
   while (true) {
     fine_first.push_back(spacing);

@@ -31,9 +31,9 @@ struct SurfaceLevels {
   [[nodiscard]] bool flat() const;
 };
 
-// Levels for a frame, all still undecided: the coarsest about the size of the frame, the finest 40
-// px (64 px from about 20 megapixels).
-[[nodiscard]] SurfaceLevels surface_levels(int width_px, int height_px);
+// Levels for a frame, all still undecided: the coarsest about the size of the frame, each next half
+// of it, the finest not below finest_px.
+[[nodiscard]] SurfaceLevels surface_levels(int width_px, int height_px, double finest_px);
 
 // Decides level by level, by blocks of samples left out of the fit, whether a correction at that
 // level predicts them better than none, and how stiff it should be. Deterministic.

@@ -38,7 +38,7 @@ double rms(const SplineSurface& surface, double (*truth)(double, double)) {
 
 TEST(SplineSurface, NoiseAloneStaysFlat) {
   const ScatteredValues samples = sampled(0.01, [](double, double) { return 0.0; });
-  SurfaceLevels levels = surface_levels(kWidth, kHeight);
+  SurfaceLevels levels = surface_levels(kWidth, kHeight, 40);
   choose_levels({&samples}, kWidth, kHeight, levels);
   EXPECT_TRUE(levels.flat());
 }
@@ -46,7 +46,7 @@ TEST(SplineSurface, NoiseAloneStaysFlat) {
 TEST(SplineSurface, FollowsASmoothBendBelowTheNoise) {
   const auto bend = [](double x, double y) { return 0.4 * std::sin(x / 210) * std::cos(y / 300); };
   const ScatteredValues samples = sampled(0.01, bend);
-  SurfaceLevels levels = surface_levels(kWidth, kHeight);
+  SurfaceLevels levels = surface_levels(kWidth, kHeight, 40);
   choose_levels({&samples}, kWidth, kHeight, levels);
   ASSERT_FALSE(levels.flat());
   EXPECT_LT(rms(fit_surface(samples, kWidth, kHeight, levels), bend), 0.006);
@@ -55,7 +55,7 @@ TEST(SplineSurface, FollowsASmoothBendBelowTheNoise) {
 TEST(SplineSurface, FollowsAWobbleThatCoarseLevelsCannot) {
   const auto wobble = [](double, double y) { return 0.1 * std::sin(y * 6.2831853 / 220); };
   const ScatteredValues samples = sampled(0.003, wobble);
-  SurfaceLevels levels = surface_levels(kWidth, kHeight);
+  SurfaceLevels levels = surface_levels(kWidth, kHeight, 40);
   choose_levels({&samples}, kWidth, kHeight, levels);
   EXPECT_LT(rms(fit_surface(samples, kWidth, kHeight, levels), wobble), 0.006);
 }
@@ -64,7 +64,7 @@ TEST(SplineSurface, FollowsAWobbleThatCoarseLevelsCannot) {
 TEST(SplineSurface, LevelsAddUpExactly) {
   const auto bend = [](double x, double y) { return 1e-3 * x + 0.2 * std::sin(y / 90); };
   const ScatteredValues samples = sampled(0.01, bend);
-  SurfaceLevels coarse = surface_levels(kWidth, kHeight);
+  SurfaceLevels coarse = surface_levels(kWidth, kHeight, 40);
   coarse.stiffness[0] = 1;
   SurfaceLevels cut = coarse;
   cut.spacing_px.resize(1);

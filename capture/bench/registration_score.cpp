@@ -1,0 +1,112 @@
+#include "capture/bench/registration_score.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <vector>
+
+#include "core/line/memory_line_source.h"
+#include "drivers/sim/simulate.h"
+
+namespace reseau {
+namespace {
+
+double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// The pattern does not tell apart screen coordinates that differ by whole periods or by a turn: of
+// those, the ones nearest to what was found.
+struct Match {
+  double sign_u = 1, sign_v = 1, whole_u = 0, whole_v = 0;
+};
+
+double middle(std::vector<double> values) {
+  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), half, values.end());
+  return *half;
+}
+
+}  // namespace
+
+RegistrationScore score_registration(const RegistrationCase& test, int n_threads) {
+  const sim::SimSpec spec = sim::parse_sim_spec("ls5000?" + test.film);
+  const sim::SimulatedScan scan = sim::simulate_frame(spec);
+  const MemoryLineSource source(scan.format, scan.samples);
+  RegisterOptions options;
+  options.n_threads = n_threads;
+  RegistrationScore score;
+  const double cpu = cpu_seconds();
+  const auto start = std::chrono::steady_clock::now();
+  const Registration found = register_screen(source, options, {}, {});
+  score.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  score.cpu_s = cpu_seconds() - cpu;
+  score.found = found.found;
+  score.reason = found.reason;
+  score.screen = found.screen;
+  score.true_screen = std::string(scan.truth.screen_name());
+  if (!found.found || !scan.truth.has_screen()) return score;
+  score.affine = found.map.is_affine();
+  score.residual_px = found.residual_px;
+
+  const int step = std::max(1, scan.format.width_px / 160);
+  struct Place {
+    Vec2 p;
+    Vec2 truth, map;
+    double light;
+  };
+  std::vector<Place> places;
+  const auto width = static_cast<std::size_t>(scan.format.width_px);
+  std::vector<float> silver(width);
+  for (int y = step / 2; y < scan.format.n_lines; y += step) {
+    scan.truth.silver_row(y, silver);
+    for (int x = step / 2; x < scan.format.width_px; x += step) {
+      const Vec2 p{static_cast<double>(x), static_cast<double>(y)};
+      const auto s = scan.truth.screen_from_scan(p.x, p.y);
+      places.push_back({p, {s.u, s.v}, found.map.screen_from_scan(p),
+                        static_cast<double>(silver[static_cast<std::size_t>(x)])});
+    }
+  }
+  Match best;
+  double best_spread = 1e300;
+  for (const double su : {1.0, -1.0}) {
+    for (const double sv : {1.0, -1.0}) {
+      std::vector<double> du, dv;
+      for (const Place& place : places) {
+        du.push_back(place.map.x - su * place.truth.x);
+        dv.push_back(place.map.y - sv * place.truth.y);
+      }
+      const double mu = middle(du), mv = middle(dv);
+      double spread = 0;
+      for (std::size_t i = 0; i < du.size(); ++i) {
+        spread += std::min(1.0, std::abs(du[i] - mu)) + std::min(1.0, std::abs(dv[i] - mv));
+      }
+      if (spread < best_spread) {
+        best_spread = spread;
+        best = {su, sv, std::round(mu), std::round(mv)};
+      }
+    }
+  }
+  double sum = 0, lit_sum = 0;
+  int n_lit = 0;
+  for (const Place& place : places) {
+    const Vec2 off{place.map.x - best.sign_u * place.truth.x - best.whole_u,
+                   place.map.y - best.sign_v * place.truth.y - best.whole_v};
+    const Vec2 px = found.map.jacobian(place.p).inverse() * off;
+    sum += dot(px, px);
+    score.max_px = std::max(score.max_px, norm(px));
+    if (place.light > 0.02) {
+      lit_sum += dot(px, px);
+      ++n_lit;
+    }
+  }
+  score.rms_px = std::sqrt(sum / static_cast<double>(places.size()));
+  score.lit_rms_px = n_lit > 0 ? std::sqrt(lit_sum / n_lit) : 0;
+  return score;
+}
+
+}  // namespace reseau

@@ -1,0 +1,29 @@
+// One simulated film registered and compared with the truth about it.
+#pragma once
+
+#include <string>
+
+#include "capture/bench/registration_cases.h"
+#include "core/reconstruct/reconstruct.h"
+
+namespace reseau {
+
+struct RegistrationScore {
+  bool found = false;
+  std::string reason;
+  std::string screen, true_screen;
+  double rms_px = 0;      // error of the map over the frame
+  double lit_rms_px = 0;  // the same where there is light
+  double max_px = 0;
+  double z_sd = 0;        // error over claimed standard deviation, its own standard deviation
+  double sd_px = 0;       // rms of the claimed standard deviation
+  double residual_px = 0;
+  double bound_px = 0;    // Cramér-Rao, of an affine map
+  bool affine = false;
+  double cpu_s = 0, wall_s = 0;
+};
+
+// Simulates, registers, compares. Throws InputError for settings that make no film.
+[[nodiscard]] RegistrationScore score_registration(const RegistrationCase& test, int n_threads);
+
+}  // namespace reseau

@@ -1,0 +1,205 @@
+#include "core/screen/follow_screen.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "core/base/parallel.h"
+#include "core/screen/element_model.h"
+#include "core/screen/line_fit.h"
+#include "core/screen/phase_samples.h"
+
+namespace reseau {
+namespace {
+
+// Splines as coarse as this may take what a bent film does before the lines are looked at.
+constexpr double kBeforeLinesPx = 330;
+// A map that leaves no more than this needs neither lines nor splines [px].
+constexpr double kFlatPx = 0.012;
+
+// Variance of the blur that explains the amplitudes of a series best, a step of 0.05 px in its root
+// [px^2].
+double pattern_blur_px2(const ColorSeries& series, const ScreenMap& map) {
+  // As many amplitudes as the series has; the rest of the model's are not measured here.
+  constexpr int kKnown = 1 + kSeries;
+  const ElementModel model(map.linear(), {});
+  const auto misfit = [&](double sigma_px) {
+    const Eigen::Matrix<double, kKnown, 3> columns = model.columns(sigma_px).topRows<kKnown>();
+    const auto solver = columns.colPivHouseholderQr();
+    double sum = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      Eigen::Matrix<double, kKnown, 1> seen;
+      seen(0) = series.mean[c];
+      for (int i = 0; i < kSeries; ++i) {
+        seen(i + 1) = std::numbers::sqrt2 * series.harmonic[c][static_cast<std::size_t>(i)].real();
+      }
+      sum += (seen - columns * solver.solve(seen)).squaredNorm() / seen.squaredNorm();
+    }
+    return sum;
+  };
+  constexpr double kLeast = 0.25, kMost = 3.5, kStep = 0.05;
+  double best = kLeast;
+  for (double sigma = kLeast; sigma < kMost; sigma += kStep) {
+    if (misfit(sigma) < misfit(best)) best = sigma;
+  }
+  return best * best;
+}
+
+// What strips of a few lines say about the error of the line under the smooth part of a map.
+std::vector<LineSample> line_samples(const std::vector<PhaseSample>& strips, const ScreenMap& map) {
+  const ScreenMap smooth = map.without_line_error();
+  std::vector<LineSample> samples;
+  samples.reserve(strips.size());
+  for (const PhaseSample& strip : strips) {
+    const Mat2 to_px = smooth.jacobian(strip.p_in_scan).inverse();
+    const Vec2 off = strip.s_in_screen - smooth.screen_from_scan(strip.p_in_scan);
+    // Variances of the two screen coordinates, carried to the scan's.
+    const double var_u = 1 / std::max(strip.info_u, 1e-12), var_v = 1 / std::max(strip.info_v, 1e-12);
+    const double var_x = to_px.a * to_px.a * var_u + to_px.b * to_px.b * var_v;
+    const double var_y = to_px.c * to_px.c * var_u + to_px.d * to_px.d * var_v;
+    samples.push_back({strip.p_in_scan, to_px * off, 1 / var_x, 1 / var_y});
+  }
+  return samples;
+}
+
+class Follower {
+ public:
+  Follower(const CellGrid& cells, const LatticeSeed& seed) : cells_(cells), seed_(seed) {
+    const double period = std::max(1 / norm(seed.carriers.u), 1 / norm(seed.carriers.v));
+    small_ = cells.size().width < 16;
+    // Four periods a side, or the picture speaks as loudly as the pattern.
+    const int side_px = small_ ? 16 : 32 * static_cast<int>(std::ceil(4 * period / 33));
+    block_.columns = std::max(2, side_px / cells.size().width / 2 * 2);
+    block_.rows = std::max(1, side_px / cells.size().lines);
+    const double area = static_cast<double>(cells.width_px()) * cells.height_px();
+    finest_px_ = small_ ? 20 : std::max(area > 20e6 ? 64.0 : 40.0, 1.25 * side_px);
+    strip_ = {8 * block_.columns, 1, 0};
+    tall_strip_ = {2, 8 * block_.rows, 0};
+  }
+
+  FollowedScreen run() {
+    FollowedScreen result;
+    series_ = series_from_response(seed_.response, seed_.carriers, seed_.sigma_px);
+    BlockShape growing = block_;
+    if (small_) {
+      growing.columns = 2;
+      growing.rows = 1;
+      growing.reach = 1;
+    }
+    std::vector<PhaseSample> samples =
+        grow_samples(cells_, seed_.center_px, seed_.screen_at_center, series_, growing, false);
+    result.coverage = coverage(samples.size(), growing);
+    MapFit fit = fit_smooth(samples, finest_px_);
+    result.fit = fit;
+    if (!fit.usable) return result;
+    for (int round = 0; round < 3; ++round) {
+      const std::vector<Vec2> screen = screen_at_cells(cells_, fit.map);
+      if (!refresh_series(screen, fit.map)) break;
+      samples = measure_samples(cells_, fit.map, screen, series_, block_, blur_px2_);
+      const LineError line = fit.map.line_error();
+      MapFit better = fit_smooth(samples, finest_px_);
+      if (!better.usable) break;
+      better.map = better.map.with_line_error(line);
+      if (better.residual_px > kFlatPx || !better.map.is_affine()) {
+        const LineFit found = look_for_lines(fit.map, screen, samples, better.map);
+        if (!found.error.none()) {
+          result.line_gain = std::max(result.line_gain, found.gain);
+          if (line.none()) {
+            // The film anew, now that the stage is known.
+            const MapFit coarse = fit_smooth(samples, kBeforeLinesPx);
+            better = coarse;
+          }
+          better.map = better.map.with_line_error(found.error);
+        }
+      }
+      fit = better;
+      if (fit.map.is_affine() && round >= 1) break;
+    }
+    result.fit = fit;
+    return result;
+  }
+
+ private:
+  [[nodiscard]] MapFit fit_smooth(const std::vector<PhaseSample>& samples, double finest) const {
+    return fit_map(samples, cells_.width_px(), cells_.height_px(), finest);
+  }
+
+  [[nodiscard]] double coverage(std::size_t n_samples, const BlockShape& shape) const {
+    double most = 0;
+    for (int r = 0; r < cells_.n_rows(); ++r) {
+      for (int c = 0; c < cells_.n_columns(); ++c) most = std::max(most, cells_.light(c, r));
+    }
+    double lit = 0;
+    for (int r = 0; r < cells_.n_rows(); ++r) {
+      for (int c = 0; c < cells_.n_columns(); ++c) lit += cells_.light(c, r) > 1e-3 * most ? 1 : 0;
+    }
+    return std::min(1.0, static_cast<double>(n_samples) * shape.columns * shape.rows /
+                             std::max(lit, 1.0));
+  }
+
+  bool refresh_series(const std::vector<Vec2>& screen, const ScreenMap& map) {
+    ColorSeries fresh;
+    if (!pooled_series(cells_, screen, fresh)) return false;
+    // The pattern is even about its origin: an odd part is the error of the origin so far, which
+    // the next round is to find, not to keep.
+    for (auto& channel : fresh.harmonic) {
+      for (auto& value : channel) value = value.real();
+    }
+    series_ = fresh;
+    blur_px2_ = pattern_blur_px2(series_, map);
+    return true;
+  }
+
+  // An error of the line under the film as coarse splines describe it, or more of the error that is
+  // known already.
+  [[nodiscard]] LineFit look_for_lines(const ScreenMap& seen_under, const std::vector<Vec2>& screen,
+                                       const std::vector<PhaseSample>& samples,
+                                       const ScreenMap& better) const {
+    LineFit result;
+    const LineError known = better.line_error();
+    const auto strips_along = [&](LineError::Axis axis) {
+      return measure_samples(cells_, seen_under, screen, series_,
+                             axis == LineError::Axis::kLines ? strip_ : tall_strip_, blur_px2_);
+    };
+    if (!known.none()) {
+      result.error = improve_line_error(line_samples(strips_along(known.axis), better), known);
+      return result;
+    }
+    const MapFit coarse = fit_smooth(samples, kBeforeLinesPx);
+    if (!coarse.usable) return result;
+    for (const LineError::Axis axis : {LineError::Axis::kLines, LineError::Axis::kColumns}) {
+      const bool lines = axis == LineError::Axis::kLines;
+      const LineFit found = fit_line_error(
+          line_samples(strips_along(axis), coarse.map), axis,
+          lines ? cells_.height_px() : cells_.width_px(),
+          lines ? cells_.size().lines : cells_.size().width);
+      if (!found.error.none() && found.gain > result.gain) result = found;
+    }
+    return result;
+  }
+
+  const CellGrid& cells_;
+  const LatticeSeed& seed_;
+  bool small_ = false;
+  BlockShape block_, strip_, tall_strip_;
+  double finest_px_ = 40;
+  ColorSeries series_;
+  double blur_px2_ = 0.36;
+};
+
+}  // namespace
+
+FollowedScreen follow_screen(const CellGrid& cells, const LatticeSeed& seed) {
+  return Follower(cells, seed).run();
+}
+
+int keep_every_for(int width_px, int height_px, bool exact) {
+  const double megapixels = static_cast<double>(width_px) * height_px * 1e-6;
+  return exact ? 1 : std::max(1, static_cast<int>(std::lround(megapixels / 10)));
+}
+
+}  // namespace reseau

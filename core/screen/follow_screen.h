@@ -1,0 +1,24 @@
+// From a seed and the cells of a frame to the map of the whole frame.
+#pragma once
+
+#include "core/screen/cell_moments.h"
+#include "core/screen/lattice_search.h"
+#include "core/screen/line_error.h"
+#include "core/screen/map_fit.h"
+
+namespace reseau {
+
+struct FollowedScreen {
+  MapFit fit;
+  double line_gain = 0;  // evidence for the line error [nats per strip]
+  double coverage = 0;   // of the blocks that have light, how many were measured
+  // The réseau bends too sharply for these cells; smaller ones would follow it.
+  bool needs_smaller_cells = false;
+};
+
+[[nodiscard]] FollowedScreen follow_screen(const CellGrid& cells, const LatticeSeed& seed);
+
+// Cells, and how many columns of them are kept, for a frame. `exact` keeps all of any frame.
+[[nodiscard]] int keep_every_for(int width_px, int height_px, bool exact);
+
+}  // namespace reseau
