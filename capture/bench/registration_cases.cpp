@@ -60,9 +60,8 @@ std::vector<RegistrationCase> registration_bars() {
 std::vector<RegistrationCase> registration_sweeps() {
   std::vector<RegistrationCase> cases;
   const auto add = [&](const char* group, std::string name, std::string film) {
-    cases.push_back({std::move(name),
-                     "width_px=800&height_px=800&scene=natural&" + std::move(film), 0, false,
-                     group});
+    cases.push_back({std::move(name), "width_px=800&height_px=800&scene=natural&" + std::move(film),
+                     0, false, group});
   };
   for (const double blur : {0.3, 0.6, 1.0, 1.5, 2.0, 2.5, 3.0}) {
     add("blur", fmt::format("blur {} px", blur),

@@ -8,10 +8,10 @@ namespace reseau {
 
 struct RegistrationCase {
   std::string name;
-  std::string film;          // settings of the simulated scanner, "key=value&key=value"
-  double bar_px = 0;         // rms over the frame that is to be kept; 0 = no bar is set
-  bool lit_only = false;     // judged where any light is
-  std::string group;         // table that the case stands in
+  std::string film;       // settings of the simulated scanner, "key=value&key=value"
+  double bar_px = 0;      // rms over the frame that is to be kept; 0 = no bar is set
+  bool lit_only = false;  // judged where any light is
+  std::string group;      // table that the case stands in
 };
 
 // The cases that say whether registration does what it should, 1 megapixel each unless named.

@@ -67,7 +67,9 @@ RegistrationScore score_registration(const RegistrationCase& test, int n_threads
     for (int x = step / 2; x < scan.format.width_px; x += step) {
       const Vec2 p{static_cast<double>(x), static_cast<double>(y)};
       const auto s = scan.truth.screen_from_scan(p.x, p.y);
-      places.push_back({p, {s.u, s.v}, found.map.screen_from_scan(p),
+      places.push_back({p,
+                        {s.u, s.v},
+                        found.map.screen_from_scan(p),
                         static_cast<double>(silver[static_cast<std::size_t>(x)])});
     }
   }

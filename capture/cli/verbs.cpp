@@ -13,6 +13,7 @@ void add_all_verbs(Program& program) {
   add_simulate(program);
   add_colour(program);
   add_paper(program);
+  add_bench(program);
 }
 
 }  // namespace reseau::cli

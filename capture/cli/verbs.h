@@ -15,6 +15,7 @@ void add_compare(Program& program);
 void add_simulate(Program& program);
 void add_colour(Program& program);
 void add_paper(Program& program);
+void add_bench(Program& program);
 
 // All of them, in the order of the help.
 void add_all_verbs(Program& program);

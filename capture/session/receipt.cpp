@@ -1,6 +1,8 @@
 #include "capture/session/receipt.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
 #include <fmt/format.h>
@@ -173,6 +175,25 @@ void add_development(ordered_json& object, const Receipt& receipt) {
   object["timings"] = timings;
 }
 
+// The stage's error along the motion: on which coordinate it depends, and how large it is.
+ordered_json line_error_to_json(const LineError& line) {
+  if (line.none()) return nullptr;
+  double sum = 0;
+  Vec2 low{1e9, 1e9}, high{-1e9, -1e9};
+  int n = 0;
+  const double extent = (static_cast<double>(line.coefficients.size()) - 3) * line.spacing_px;
+  for (double at = 0; at <= extent; at += line.spacing_px / 4, ++n) {
+    const Vec2 e = line.at_position(at);
+    sum += dot(e, e);
+    low = {std::min(low.x, e.x), std::min(low.y, e.y)};
+    high = {std::max(high.x, e.x), std::max(high.y, e.y)};
+  }
+  return {{"depends_on", line.axis == LineError::Axis::kColumns ? "x" : "y"},
+          {"rms_px", number_or_null(std::sqrt(sum / std::max(n, 1)))},
+          {"peak_to_peak_x_px", number_or_null(high.x - low.x)},
+          {"peak_to_peak_y_px", number_or_null(high.y - low.y)}};
+}
+
 }  // namespace
 
 ordered_json registration_to_json(const Registration& r) {
@@ -204,6 +225,7 @@ ordered_json registration_to_json(const Registration& r) {
       put_missing(object, "mirrored", "the pattern is symmetric and cannot tell");
     }
     object["affine"] = r.map.is_affine();
+    object["line_error"] = line_error_to_json(r.map.line_error());
   }
   object["windows"] = r.n_windows;
   object["outliers"] = r.n_outliers;

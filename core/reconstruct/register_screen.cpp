@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
@@ -17,8 +18,10 @@
 namespace reseau {
 namespace {
 
+// A map that leaves more than this has lost its way [px].
+constexpr double kLargestResidualPx = 0.4;
 constexpr int kSearchRows = 512;  // a réseau is looked for in blocks of so many lines
-constexpr int kTaskRows = 32;  // a multiple of the lines of a cell
+constexpr int kTaskRows = 32;     // a multiple of the lines of a cell
 
 // The plane that fits the map best over the whole frame: a stage that wobbles bends the slope at
 // any one place by more than the lattice is wrong on the whole.
@@ -138,7 +141,17 @@ class Tracker {
   Registration finish(const LatticeSeed& seed, const CellGrid& cells) {
     Registration result;
     result.screen = "none";
-    const FollowedScreen followed = follow_screen(cells, seed);
+    FollowedScreen followed = follow_screen(cells, seed);
+    if (followed.needs_smaller_cells) {
+      CellGrid small(cells.width_px(), cells.height_px(), seed.carriers, CellSize{8, 8});
+      accumulate(small, 0, source_.committed());
+      FollowedScreen again = follow_screen(small, seed);
+      if (again.fit.usable && again.coverage > followed.coverage - 0.1 &&
+          (!followed.fit.usable || again.fit.residual_px < followed.fit.residual_px ||
+           again.coverage > followed.coverage + 0.1)) {
+        followed = std::move(again);
+      }
+    }
     if (!followed.fit.usable) {
       result.reason =
           "No réseau was found: a repeating pattern was seen in one place but could not be "
@@ -174,7 +187,8 @@ class Tracker {
     const double worst_period = std::min(result.period_px[0], result.period_px[1]);
     const double tightness = std::exp(-std::pow(fit.residual_px / (0.12 * worst_period), 2));
     result.confidence = seed.confidence * tightness * (-std::expm1(-coverage / 0.15));
-    result.found = result.confidence > 0.35 && fit.n_used >= 6;
+    result.found =
+        result.confidence > 0.35 && fit.n_used >= 6 && fit.residual_px < kLargestResidualPx;
     if (result.found) {
       result.screen = ScreenPattern::dufaycolor().name();
     } else {

@@ -18,8 +18,9 @@ namespace {
 
 // Splines as coarse as this may take what a bent film does before the lines are looked at.
 constexpr double kBeforeLinesPx = 330;
-// A map that leaves no more than this needs neither lines nor splines [px].
 constexpr double kFlatPx = 0.012;
+// What blocks of large cells leave of a film that bends within them [px].
+constexpr double kSharpBendPx = 0.15;
 
 // Variance of the blur that explains the amplitudes of a series best, a step of 0.05 px in its root
 // [px^2].
@@ -58,7 +59,8 @@ std::vector<LineSample> line_samples(const std::vector<PhaseSample>& strips, con
     const Mat2 to_px = smooth.jacobian(strip.p_in_scan).inverse();
     const Vec2 off = strip.s_in_screen - smooth.screen_from_scan(strip.p_in_scan);
     // Variances of the two screen coordinates, carried to the scan's.
-    const double var_u = 1 / std::max(strip.info_u, 1e-12), var_v = 1 / std::max(strip.info_v, 1e-12);
+    const double var_u = 1 / std::max(strip.info_u, 1e-12),
+                 var_v = 1 / std::max(strip.info_v, 1e-12);
     const double var_x = to_px.a * to_px.a * var_u + to_px.b * to_px.b * var_v;
     const double var_y = to_px.c * to_px.c * var_u + to_px.d * to_px.d * var_v;
     samples.push_back({strip.p_in_scan, to_px * off, 1 / var_x, 1 / var_y});
@@ -86,7 +88,7 @@ class Follower {
     series_ = series_from_response(seed_.response, seed_.carriers, seed_.sigma_px);
     BlockShape growing = block_;
     if (small_) {
-      growing.columns = 2;
+      growing.columns = 1;
       growing.rows = 1;
       growing.reach = 1;
     }
@@ -95,6 +97,8 @@ class Follower {
     result.coverage = coverage(samples.size(), growing);
     MapFit fit = fit_smooth(samples, finest_px_);
     result.fit = fit;
+    result.needs_smaller_cells =
+        !small_ && (!fit.usable || result.coverage < 0.7 || fit.residual_px > kSharpBendPx);
     if (!fit.usable) return result;
     for (int round = 0; round < 3; ++round) {
       const std::vector<Vec2> screen = screen_at_cells(cells_, fit.map);
@@ -104,7 +108,7 @@ class Follower {
       MapFit better = fit_smooth(samples, finest_px_);
       if (!better.usable) break;
       better.map = better.map.with_line_error(line);
-      if (better.residual_px > kFlatPx || !better.map.is_affine()) {
+      if (better.residual_px > flat_px() || !better.map.is_affine()) {
         const LineFit found = look_for_lines(fit.map, screen, samples, better.map);
         if (!found.error.none()) {
           result.line_gain = std::max(result.line_gain, found.gain);
@@ -125,8 +129,12 @@ class Follower {
 
  private:
   [[nodiscard]] MapFit fit_smooth(const std::vector<PhaseSample>& samples, double finest) const {
-    return fit_map(samples, cells_.width_px(), cells_.height_px(), finest);
+    return fit_map(samples, cells_.width_px(), cells_.height_px(), finest, flat_px());
   }
+
+  // A map that leaves no more than this needs neither lines nor splines: what the picture does to
+  // the phases grows with the blur.
+  [[nodiscard]] double flat_px() const { return kFlatPx + 0.005 * blur_px2_; }
 
   [[nodiscard]] double coverage(std::size_t n_samples, const BlockShape& shape) const {
     double most = 0;
@@ -137,8 +145,8 @@ class Follower {
     for (int r = 0; r < cells_.n_rows(); ++r) {
       for (int c = 0; c < cells_.n_columns(); ++c) lit += cells_.light(c, r) > 1e-3 * most ? 1 : 0;
     }
-    return std::min(1.0, static_cast<double>(n_samples) * shape.columns * shape.rows /
-                             std::max(lit, 1.0));
+    return std::min(
+        1.0, static_cast<double>(n_samples) * shape.columns * shape.rows / std::max(lit, 1.0));
   }
 
   bool refresh_series(const std::vector<Vec2>& screen, const ScreenMap& map) {
@@ -173,10 +181,9 @@ class Follower {
     if (!coarse.usable) return result;
     for (const LineError::Axis axis : {LineError::Axis::kLines, LineError::Axis::kColumns}) {
       const bool lines = axis == LineError::Axis::kLines;
-      const LineFit found = fit_line_error(
-          line_samples(strips_along(axis), coarse.map), axis,
-          lines ? cells_.height_px() : cells_.width_px(),
-          lines ? cells_.size().lines : cells_.size().width);
+      const LineFit found = fit_line_error(line_samples(strips_along(axis), coarse.map), axis,
+                                           lines ? cells_.height_px() : cells_.width_px(),
+                                           lines ? cells_.size().lines : cells_.size().width);
       if (!found.error.none() && found.gain > result.gain) result = found;
     }
     return result;

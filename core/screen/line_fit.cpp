@@ -95,8 +95,7 @@ std::vector<double> fit_spline(const std::vector<Strip>& strips, int without_fol
     for (std::size_t s = 0; s < strips.size(); ++s) {
       const Strip& strip = strips[s];
       if (strip.fold == without_fold || !(strip.weight > 0)) continue;
-      const SplineInterval at =
-          locate_interval(strip.position, spacing, static_cast<int>(n));
+      const SplineInterval at = locate_interval(strip.position, spacing, static_cast<int>(n));
       const SplineWeights w = spline_weights(at.t);
       const double weight = strip.weight * robust[s];
       total += weight;

@@ -10,15 +10,15 @@ namespace reseau {
 // How far a strip of a few lines lies from where a map without this error puts it.
 struct LineSample {
   Vec2 p_in_scan;
-  Vec2 off_px;               // of the film under the strip
+  Vec2 off_px;                    // of the film under the strip
   double info_x = 0, info_y = 0;  // inverse variances [1/px^2]
 };
 
 struct LineFit {
-  LineError error;      // none unless the strips prove it
-  double gain = 0;      // how much better strips left out are predicted [nats per strip]
-  double rms_px = 0;    // of the error over the lines
-  double sd_px = 0;     // of the error's own uncertainty, rms over the lines
+  LineError error;    // none unless the strips prove it
+  double gain = 0;    // how much better strips left out are predicted [nats per strip]
+  double rms_px = 0;  // of the error over the lines
+  double sd_px = 0;   // of the error's own uncertainty, rms over the lines
 };
 
 // Tries errors that depend on the line (axis kLines) from stiff to loose. Strips of one half of the

@@ -13,10 +13,7 @@ namespace {
 
 constexpr int kRobustRounds = 3;
 constexpr int kChoosingRounds = 2;  // in which held-out samples choose the stiffness anew
-// Film that a plane explains as well as this needs no displacement, and what looks like one is the
-// scene's.
-constexpr double kAffineSufficesPx = 0.012;
-constexpr double kCauchy = 3.0;  // residuals beyond this many sigmas fade
+constexpr double kCauchy = 3.0;     // residuals beyond this many sigmas fade
 
 struct Affine {
   Mat2 linear;
@@ -114,7 +111,7 @@ ScatteredValues leftovers(const std::vector<PhaseSample>& samples, const Affine&
 }  // namespace
 
 MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px,
-               double finest_px) {
+               double finest_px, double flat_px) {
   MapFit fit;
   if (samples.size() < 6) return fit;
   const double scale = std::max(width_px, height_px);
@@ -135,7 +132,7 @@ MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height
     ScatteredValues v = leftovers(samples, affine, weights.v, false);
     if (round < kChoosingRounds) {
       levels = surface_levels(width_px, height_px, finest_px);
-      if (rms_px(samples, affine, weights) > kAffineSufficesPx) {
+      if (rms_px(samples, affine, weights) > flat_px) {
         choose_levels({&u, &v}, width_px, height_px, levels);
       }
     }

@@ -19,8 +19,9 @@ struct MapFit {
 // Robust affine map, and where held-out blocks of samples prove that it is better, a displacement
 // by cubic B-splines from coarse to fine whose levels those blocks choose. Needs at least 6
 // samples.
-// Levels finer than finest_px are not tried.
+// Levels finer than finest_px are not tried, and none where the affine map leaves less than
+// flat_px.
 [[nodiscard]] MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px,
-                             double finest_px);
+                             double finest_px, double flat_px);
 
 }  // namespace reseau

@@ -15,6 +15,8 @@ namespace {
 constexpr double kLeastInfo = 1 / (0.12 * 0.12);
 // A step of more than this from the prediction may be a neighbouring period.
 constexpr double kLargestStep = 0.25;
+// Error of a block in px per px^2 of blur, at light whose deviation from cell to cell is its mean.
+constexpr double kSceneError = 0.03;
 
 Vec2 carrier_phase(const Carriers& f, Vec2 p) { return {dot(f.u, p), dot(f.v, p)}; }
 
@@ -56,8 +58,17 @@ Vec2 middle_of(const CellGrid& cells, const CellRange& range) {
 // The sums of a block, its phases turned by `screen_at`, a prediction of screen coordinates.
 struct Window {
   Moments moments;
-  Vec2 slope;   // sum of S grad(S)
-  Vec2 center;  // of the light
+  Vec2 slope;                       // sum of S grad(S)
+  Vec2 center;                      // of the light
+  double sum = 0, sum_squares = 0;  // of the light of its cells
+  int n = 0;
+
+  // Standard deviation of the light of its cells over their mean.
+  [[nodiscard]] double unevenness() const {
+    if (n < 2 || !(sum > 0)) return 0;
+    const double mean = sum / n;
+    return std::sqrt(std::max(sum_squares / n - mean * mean, 0.0)) / mean;
+  }
 };
 
 template <typename Predict>
@@ -72,6 +83,9 @@ Window window_of(const CellGrid& cells, const CellRange& range, const Predict& s
                    screen_at(c, r, p) - carrier_phase(cells.carriers(), p), 1);
       window.center = window.center + light * p;
       window.slope = window.slope + cells.slope(c, r);
+      window.sum += light;
+      window.sum_squares += light * light;
+      ++window.n;
     }
   }
   if (window.moments.n0 > 0) window.center = (1 / window.moments.n0) * window.center;
@@ -179,8 +193,8 @@ std::vector<PhaseSample> grow_samples(const CellGrid& cells, Vec2 seed_px, Vec2 
       if (!fresh.accepted) continue;
       // Half of the surprise corrects the slope along the step (Broyden).
       const Vec2 way = fresh.sample.p_in_scan - node_at(place.first, place.second).sample.p_in_scan;
-      const Vec2 surprise = fresh.sample.s_in_screen -
-                            (k * predicted + jacobian * (fresh.sample.p_in_scan - p));
+      const Vec2 surprise =
+          fresh.sample.s_in_screen - (k * predicted + jacobian * (fresh.sample.p_in_scan - p));
       const double gain = 0.5 / std::max(dot(way, way), 1.0);
       fresh.jacobian.a += gain * surprise.x * way.x;
       fresh.jacobian.b += gain * surprise.x * way.y;
@@ -208,10 +222,9 @@ std::vector<Vec2> screen_at_cells(const CellGrid& cells, const ScreenMap& map) {
       if (map.is_affine()) {
         out = map.screen_from_scan(p);
       } else {
-        out = 0.25 * (map.screen_from_scan(p + Vec2{-dx, -dy}) +
-                      map.screen_from_scan(p + Vec2{dx, -dy}) +
-                      map.screen_from_scan(p + Vec2{-dx, dy}) +
-                      map.screen_from_scan(p + Vec2{dx, dy}));
+        out = 0.25 *
+              (map.screen_from_scan(p + Vec2{-dx, -dy}) + map.screen_from_scan(p + Vec2{dx, -dy}) +
+               map.screen_from_scan(p + Vec2{-dx, dy}) + map.screen_from_scan(p + Vec2{dx, dy}));
       }
     }
   });
@@ -238,6 +251,13 @@ std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap&
         continue;
       const Vec2 drift = (blur_px2 / window.moments.n0) * window.slope;
       sample.s_in_screen = sample.s_in_screen - map.jacobian(p) * drift;
+      // What an edge in the picture does beyond that drift grows with the blur and the edge.
+      const double scene_px = kSceneError * blur_px2 * window.unevenness();
+      const auto with_scene = [&](double info, Vec2 frequency) {
+        return info > 0 ? 1 / (1 / info + scene_px * scene_px * dot(frequency, frequency)) : 0.0;
+      };
+      sample.info_u = with_scene(sample.info_u, cells.carriers().u);
+      sample.info_v = with_scene(sample.info_v, cells.carriers().v);
       if (std::max(sample.info_u, sample.info_v) < kLeastInfo) continue;
       rows[static_cast<std::size_t>(j)].push_back(sample);
     }

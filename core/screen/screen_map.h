@@ -9,9 +9,10 @@
 namespace reseau {
 
 // screen_from_scan: an affine map plus a smooth displacement on a grid of cubic B-spline
-// coefficients, seen by a stage whose lines may err: s = smooth(p + line_error(p)). Screen coordinates (u, v) are in periods; for Dufaycolor u runs along the red lines
-// and v across them, (0, 0) is the centre of a green element, (0.5, 0) of a blue one, red lines lie
-// at v = 0.5. Immutable value; copies are cheap enough to hand out; thread-safe to read.
+// coefficients, seen by a stage whose lines may err: s = smooth(p + line_error(p)). Screen
+// coordinates (u, v) are in periods; for Dufaycolor u runs along the red lines and v across them,
+// (0, 0) is the centre of a green element, (0.5, 0) of a blue one, red lines lie at v = 0.5.
+// Immutable value; copies are cheap enough to hand out; thread-safe to read.
 class ScreenMap {
  public:
   ScreenMap() = default;

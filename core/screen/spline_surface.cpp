@@ -215,6 +215,15 @@ bool held_out(Vec2 p, int fold) {
 }
 
 constexpr std::array<int, 2> kFolds{0, 2};
+// A level is added where left-out samples gain so much [nats each].
+constexpr double kLeastLevelGain = 0.04;
+
+double middle_of(std::vector<double> values) {
+  if (values.empty()) return 1;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 }  // namespace
 
@@ -266,16 +275,22 @@ void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int w
       tasks.push_back(std::move(task));
     }
   }
-  const auto loss_of = [](const Task& task, const std::vector<double>& residual) {
-    double loss = 0;
+  // Normalised sizes of the residuals that the fit has not seen.
+  const auto left_out = [](const Task& task, const std::vector<double>& residual) {
+    std::vector<double> sizes;
     for (std::size_t s = 0; s < residual.size(); ++s) {
       const double w = task.samples->weights[s];
-      // Outliers must not choose the model.
-      if (w > 0 && task.weights[s] == 0) loss += std::log1p(w * residual[s] * residual[s] / 20);
+      if (w > 0 && task.weights[s] == 0) sizes.push_back(std::abs(residual[s]) * std::sqrt(w));
     }
+    return sizes;
+  };
+  const auto loss_of = [](const std::vector<double>& sizes, double scale) {
+    double loss = 0;
+    // Outliers must not choose the model.
+    for (const double size : sizes) loss += 0.5 * std::log1p((size / scale) * (size / scale));
     return loss;
   };
-  constexpr std::array<double, 2> kStiffness{10, 0.1};
+  constexpr std::array<double, 3> kStiffness{10, 0.1, 0.001};
   for (std::size_t level = 0; level < levels.spacing_px.size(); ++level) {
     const SplineSurface grid = make_grid(levels.spacing_px[level], width_px, height_px);
     std::vector<std::array<std::vector<double>, kStiffness.size()>> after(tasks.size());
@@ -291,16 +306,27 @@ void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int w
         if (task.samples->weights[s] > 0) out[s] -= surface.at(task.samples->positions[s]);
       }
     });
-    double none = 0;
-    std::array<double, kStiffness.size()> loss{};
+    std::array<double, kStiffness.size()> gain{};
+    std::size_t n_left_out = 0;
     for (std::size_t t = 0; t < tasks.size(); ++t) {
-      none += loss_of(tasks[t], tasks[t].residual);
-      for (std::size_t k = 0; k < kStiffness.size(); ++k) loss[k] += loss_of(tasks[t], after[t][k]);
+      const std::vector<double> before = left_out(tasks[t], tasks[t].residual);
+      std::array<std::vector<double>, kStiffness.size()> sizes;
+      double scale = 1e300;
+      for (std::size_t k = 0; k < kStiffness.size(); ++k) {
+        sizes[k] = left_out(tasks[t], after[t][k]);
+        scale = std::min(scale, middle_of(sizes[k]));
+      }
+      scale = std::max(1.4826 * scale, 1e-9);
+      const double none = loss_of(before, scale);
+      n_left_out += before.size();
+      for (std::size_t k = 0; k < kStiffness.size(); ++k)
+        gain[k] += none - loss_of(sizes[k], scale);
     }
     const std::size_t best =
-        static_cast<std::size_t>(std::min_element(loss.begin(), loss.end()) - loss.begin());
-    // A correction must predict what it has not seen clearly better, or the film counts as stiff.
-    if (!(loss[best] < 0.97 * none)) continue;
+        static_cast<std::size_t>(std::max_element(gain.begin(), gain.end()) - gain.begin());
+    // A correction must predict what it has not seen clearly better, or the film counts as stiff:
+    // what the picture does to the phases is alike from block to block, too.
+    if (!(gain[best] > kLeastLevelGain * static_cast<double>(n_left_out))) continue;
     levels.stiffness[level] = kStiffness[best];
     for (std::size_t t = 0; t < tasks.size(); ++t) tasks[t].residual = after[t][best];
   }

@@ -58,8 +58,7 @@ Matrix gram(const Moments& m) {
   Matrix g;
   for (int i = 0; i < kTerms; ++i) {
     for (int j = 0; j < kTerms; ++j) {
-      g(i, j) = moment_at(
-          m, kPlaces[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]);
+      g(i, j) = moment_at(m, kPlaces[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]);
     }
   }
   return g;
@@ -215,16 +214,14 @@ Shift fit_shift(const Moments& window, const ColorSeries& series) {
       const double determinant = a * d - b * b;
       if (!(determinant > 0)) continue;
       const auto solve = [&](double x, double y) {
-        return std::array<double, 2>{(d * x - b * y) / determinant,
-                                     (a * y - b * x) / determinant};
+        return std::array<double, 2>{(d * x - b * y) / determinant, (a * y - b * x) / determinant};
       };
       const auto gains = solve(rm, rp);
       // A colour of the scene alone can imitate no pattern: demand a positive contrast.
       if (!(gains[1] > 0)) continue;
       const double contrast = std::clamp(gains[1], 0.05, 5.0);
       const double left = window.q[c] - (gains[0] * rm + gains[1] * rp);
-      const double variance =
-          std::max(left, 1e-9 * window.q[c]) / std::max(window.pixels - 6, 8.0);
+      const double variance = std::max(left, 1e-9 * window.q[c]) / std::max(window.pixels - 6, 8.0);
       if (!(variance > 0)) continue;
       const auto from_u = solve(um, up), from_v = solve(vm, vp);
       const double weight = contrast * contrast / variance;

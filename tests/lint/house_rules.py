@@ -23,7 +23,7 @@ INCLUDE_TABLE = [
     (r"core/", r"core/"),
     (r"drivers/", r"core/(base|line)/|drivers/"),
     (r"calibration/", r"core/|calibration/"),
-    (r"capture/(cli/verb_simulate\.cpp$|simulate/)", r"core/|drivers/sim/(simulate|sensor)\.h|capture/"),
+    (r"capture/(cli/verb_simulate\.cpp$|simulate/|bench/)", r"core/|drivers/sim/(simulate|sensor)\.h|capture/"),
     (r"capture/cli/", r"core/|" + SEAM_OF_DRIVERS + r"|calibration/|capture/"),
     (r"capture/", r"core/|" + SEAM_OF_DRIVERS + r"|calibration/profile/|capture/"),
 ]

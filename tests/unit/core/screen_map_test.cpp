@@ -41,6 +41,25 @@ TEST(ScreenMap, JacobianIsTheDerivative) {
   }
 }
 
+TEST(ScreenMap, ALineErrorMovesTheFilmUnderTheScan) {
+  LineError line;
+  line.axis = LineError::Axis::kLines;
+  line.spacing_px = 16;
+  for (int i = 0; i < 40; ++i) line.coefficients.push_back({0.1 * std::sin(i), std::cos(2 * i)});
+  const ScreenMap film = bent_map(), seen = film.with_line_error(line);
+  EXPECT_FALSE(seen.is_affine());
+  const Vec2 p{123.4, 210.7};
+  const Vec2 expected = film.screen_from_scan(p + line.at(p));
+  EXPECT_NEAR(norm(seen.screen_from_scan(p) - expected), 0, 1e-12);
+  // The derivative, along the motion as well.
+  constexpr double kStep = 1e-5;
+  const Vec2 slope = (0.5 / kStep) * (seen.screen_from_scan({p.x, p.y + kStep}) -
+                                      seen.screen_from_scan({p.x, p.y - kStep}));
+  const Mat2 j = seen.jacobian(p);
+  EXPECT_NEAR(j.b, slope.x, 1e-7);
+  EXPECT_NEAR(j.d, slope.y, 1e-7);
+}
+
 TEST(ScreenMap, InverseComesBack) {
   const ScreenMap map = bent_map();
   const Vec2 p{87.25, 140.75};
