@@ -90,7 +90,7 @@ class Tracker {
     LinearReader reader(source_, options_.tone);
     LinearRows rows;
     reader.read(first, n, rows);
-    const LatticeSearch found = find_lattice(rows, reader.has_infrared());
+    const LatticeSearch found = find_lattice(rows, reader.has_infrared(), first == 0 ? 20 : 8);
     if (!found.found) {
       reason = found.reason;
       return std::nullopt;
@@ -131,6 +131,7 @@ class Tracker {
     parallel_for(n_tasks, [&](int task) {
       LinearReader reader(source_, options_.tone);
       reader.set_silver_from_rgb(weights_);
+      reader.keep_every(cells.keep_every());
       LinearRows rows;
       const int first = begin + task * kTaskRows;
       reader.read(first, std::min(kTaskRows, end - first), rows);

@@ -5,6 +5,7 @@
 #include <complex>
 #include <numbers>
 
+#include "core/base/parallel.h"
 #include "core/screen/element_model.h"
 #include "core/screen/screen_tile.h"
 
@@ -12,7 +13,7 @@ namespace reseau {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr int kPhases = 20;  // per axis, in the search for the origin of the cell
+constexpr int kPhases = 12;  // per axis, in the search for the origin of the cell
 constexpr std::array<double, 4> kSigmas{0.45, 0.8, 1.3, 2.0};
 
 // Complex coefficients of kTileHarmonics, one channel.
@@ -54,14 +55,22 @@ struct Origin {
   double explained = 0;  // energy
 };
 
-// Amplitudes of a channel once the cell's origin lies at `screen`: real parts, weighed.
-ElementModel::Amplitudes turned(const TileView& view, std::size_t channel, Vec2 screen) {
+// What turns the phases of the harmonics when the cell's origin moves to `screen`.
+Coefficients turns_to(Vec2 screen) {
+  const Complex u = std::polar(1.0, -2 * std::numbers::pi * screen.x);
+  const Complex v = std::polar(1.0, -2 * std::numbers::pi * screen.y);
+  return {u, v, u * v, u * std::conj(v), u * u, v * v};  // as kTileHarmonics
+}
+
+// Amplitudes of a channel once its phases are turned: real parts, weighed.
+ElementModel::Amplitudes turned(const TileView& view, std::size_t channel,
+                                const Coefficients& turns) {
   ElementModel::Amplitudes y;
   y(0) = view.mean[channel];
   for (std::size_t h = 0; h + 1 < kTileAmplitudes; ++h) {
-    const HarmonicIndex i = kTileHarmonics[h];
-    const Complex turn = std::polar(1.0, -2 * std::numbers::pi * (i.u * screen.x + i.v * screen.y));
-    y(static_cast<int>(h) + 1) = std::numbers::sqrt2 * (view.harmonic[channel][h] * turn).real();
+    const Complex& a = view.harmonic[channel][h];
+    y(static_cast<int>(h) + 1) =
+        std::numbers::sqrt2 * (a.real() * turns[h].real() - a.imag() * turns[h].imag());
   }
   return y;
 }
@@ -69,20 +78,20 @@ ElementModel::Amplitudes turned(const TileView& view, std::size_t channel, Vec2 
 class Judge {
  public:
   Judge(const ElementModel& model, double sigma, bool infrared)
-      : n_channels_(infrared ? 4 : 3), columns_(model.columns(sigma)), qr_(columns_) {}
+      : n_channels_(infrared ? 4 : 3), columns_(model.columns(sigma)), qr_(columns_) {
+    // What the best lights leave of any amplitudes y is y' * rest_ * y.
+    rest_ = Projector::Identity() - columns_ * qr_.solve(Projector::Identity());
+  }
 
   // Alternating energy that three lights behind the elements explain, mean fitted too.
   [[nodiscard]] double explained(const TileView& view, Vec2 screen) const {
     double sum = 0;
+    const Coefficients turns = turns_to(screen);
     for (std::size_t c = 0; c < n_channels_; ++c) {
-      const ElementModel::Amplitudes y = turned(view, c, screen);
-      const ElementModel::Amplitudes rest = y - columns_ * qr_.solve(y);
-      double alternating = 0;
-      for (const Complex& value : view.harmonic[c]) alternating += 2 * std::norm(value);
+      const ElementModel::Amplitudes y = turned(view, c, turns);
       // What lies in the odd parts is unexplained as well.
       const double even = y.tail<kTileAmplitudes - 1>().squaredNorm();
-      const double left = rest.squaredNorm() + (alternating - even);
-      sum += (alternating - left) / std::max(view.total[c], 1e-30);
+      sum += (even - y.dot(rest_ * y)) / std::max(view.total[c], 1e-30);
     }
     return sum / static_cast<double>(n_channels_);
   }
@@ -110,13 +119,15 @@ class Judge {
   // Lights of the three elements in a channel.
   [[nodiscard]] Eigen::Vector3d lights(const TileView& view, std::size_t channel,
                                        Vec2 screen) const {
-    return qr_.solve(turned(view, channel, screen));
+    return qr_.solve(turned(view, channel, turns_to(screen)));
   }
 
  private:
+  using Projector = Eigen::Matrix<double, kTileAmplitudes, kTileAmplitudes>;
   std::size_t n_channels_;
   ElementModel::Columns columns_;
   Eigen::ColPivHouseholderQR<ElementModel::Columns> qr_;
+  Projector rest_;
 };
 
 // Response of each element from its lights in all tiles: regressed on the lights in infrared, or
@@ -173,8 +184,9 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
     TileView view;
     std::size_t tile;
   };
-  std::vector<Entry> entries;
-  for (std::size_t t = 0; t < corners.size(); ++t) {
+  std::vector<ScreenTile> measured(corners.size());
+  parallel_for(static_cast<int>(corners.size()), [&](int task) {
+    const auto t = static_cast<std::size_t>(task);
     // A tile is a small frame of its own; phases refer to its corner.
     LinearRows cut;
     cut.first = 0;
@@ -189,9 +201,12 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
       }
     }
     const Carriers& f = tile_carriers[t];
-    const ScreenTile tile =
+    measured[t] =
         measure_screen_tile(cut, 0, tile_size, ScreenMap({f.u.x, f.u.y, f.v.x, f.v.y}, {}));
-    if (tile.used) entries.push_back({view_of(tile), t});
+  });
+  std::vector<Entry> entries;
+  for (std::size_t t = 0; t < corners.size(); ++t) {
+    if (measured[t].used) entries.push_back({view_of(measured[t]), t});
   }
   LatticeHypothesis best;
   if (entries.empty()) return best;
@@ -214,12 +229,18 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
       const Carriers& first = carriers_of(entries[0].tile);
       const ElementModel model({first.u.x, first.u.y, first.v.x, first.v.y}, {});
       const Judge judge(model, sigma, infrared);
+      for (const Entry& entry : entries) {
+        views.push_back(exchange ? exchanged(entry.view) : entry.view);
+      }
+      origins.resize(entries.size());
+      parallel_for(static_cast<int>(entries.size()), [&](int e) {
+        origins[static_cast<std::size_t>(e)] =
+            judge.best_origin(views[static_cast<std::size_t>(e)]);
+      });
       for (std::size_t e = 0; e < entries.size(); ++e) {
-        views.push_back(exchange ? exchanged(entries[e].view) : entries[e].view);
-        origins.push_back(judge.best_origin(views.back()));
-        sum += origins.back().explained;
-        if (origins.back().explained > best_tile) {
-          best_tile = origins.back().explained;
+        sum += origins[e].explained;
+        if (origins[e].explained > best_tile) {
+          best_tile = origins[e].explained;
           seed = e;
         }
       }

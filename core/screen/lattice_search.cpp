@@ -4,18 +4,21 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Dense>
 #include <unsupported/Eigen/FFT>
 
+#include "core/base/parallel.h"
 #include "core/screen/screen_pattern.h"
 
 namespace reseau {
 namespace {
 
 using Complex = std::complex<float>;
-constexpr int kMaxTiles = 20;
+// Of these the candidates are told apart; the best is then judged by all tiles.
+constexpr std::size_t kFirstTiles = 6;
 // A peak sums 5 x 5 bins of two spectra, 72 on average where there is only noise.
 constexpr double kNoisePower = 110;
 constexpr double kLowestFrequency = 0.045;  // periods up to 22 px
@@ -39,7 +42,7 @@ struct Spectra {
   }
 };
 
-std::vector<Tile> choose_tiles(const LinearRows& rows, int size) {
+std::vector<Tile> choose_tiles(const LinearRows& rows, int size, int most) {
   const int nx = std::max(1, (rows.width_px - size) / (size / 2) + 1);
   const int ny = std::max(1, (rows.n - size) / (size / 2) + 1);
   std::vector<Tile> tiles;
@@ -63,7 +66,7 @@ std::vector<Tile> choose_tiles(const LinearRows& rows, int size) {
   std::vector<Tile> chosen;
   for (const double distance : {1.0, 0.5}) {
     for (const Tile& tile : tiles) {
-      if (static_cast<int>(chosen.size()) >= kMaxTiles) break;
+      if (static_cast<int>(chosen.size()) >= most) break;
       const bool near = std::any_of(chosen.begin(), chosen.end(), [&](const Tile& other) {
         return std::abs(tile.x - other.x) < distance * size &&
                std::abs(tile.y - other.y) < distance * size;
@@ -315,7 +318,7 @@ bool silver_weights(const Response& response, std::array<double, 3>& weights) {
   return true;
 }
 
-LatticeSearch find_lattice(const LinearRows& rows, bool infrared) {
+LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int most_tiles) {
   LatticeSearch result;
   int size = 256;
   while (size > 64 && (size > rows.width_px || size > rows.n)) size /= 2;
@@ -323,18 +326,23 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared) {
     result.reason = "The picture is too small: a réseau can be found from 64 x 64 pixels upwards.";
     return result;
   }
-  const std::vector<Tile> tiles = choose_tiles(rows, size);
+  const std::vector<Tile> tiles = choose_tiles(rows, size, most_tiles);
   Spectra total;
   total.size = size;
   total.red.resize(static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
   total.green_blue.resize(total.red.size());
   std::vector<Tile> used;
   std::vector<Spectra> spectra;
-  std::vector<Complex> signal;
-  for (const Tile& tile : tiles) {
-    if (!tile_signals(rows, tile, size, signal)) continue;
-    spectra.push_back(tile_spectra(signal, size));
-    used.push_back(tile);
+  std::vector<Spectra> all(tiles.size());
+  parallel_for(static_cast<int>(tiles.size()), [&](int task) {
+    const auto t = static_cast<std::size_t>(task);
+    std::vector<Complex> signal;
+    if (tile_signals(rows, tiles[t], size, signal)) all[t] = tile_spectra(signal, size);
+  });
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    if (all[t].size == 0) continue;
+    spectra.push_back(std::move(all[t]));
+    used.push_back(tiles[t]);
     for (std::size_t i = 0; i < total.red.size(); ++i) {
       total.red[i] += limited(spectra.back().red[i]);
       total.green_blue[i] += limited(spectra.back().green_blue[i]);
@@ -368,20 +376,36 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared) {
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
   if (candidates.size() > 6) candidates.resize(6);
   result.reason = "No réseau was found: no colour pattern repeats in two directions.";
-  double best = 0;
-  for (const Candidate& candidate : candidates) {
-    // The middle half of each tile, with the frequencies that this very tile shows.
+  // The middle half of each tile, with the frequencies that this very tile shows.
+  const auto judge = [&](const Candidate& candidate, std::size_t most) {
     std::vector<TileCorner> corners;
     std::vector<Carriers> carriers;
-    for (std::size_t t = 0; t < used.size(); ++t) {
+    for (std::size_t t = 0; t < used.size() && corners.size() < most; ++t) {
       const Carriers own{local_frequency(spectra[t], candidate.carriers.u),
                          local_frequency(spectra[t], candidate.carriers.v)};
       if (!plausible_geometry(own.u, own.v)) continue;
       corners.push_back({used[t].x + size / 4, used[t].y + size / 4});
       carriers.push_back(own);
     }
-    if (corners.empty()) continue;
-    const LatticeHypothesis judged = judge_lattice(rows, corners, carriers, size / 2, infrared);
+    if (corners.empty()) return LatticeHypothesis{};
+    return judge_lattice(rows, corners, carriers, size / 2, infrared);
+  };
+  // The best of the candidates by a few tiles, then by all of them.
+  if (candidates.size() > 1 && used.size() > kFirstTiles) {
+    double most_explained = -1;
+    Candidate chosen = candidates.front();
+    for (const Candidate& candidate : candidates) {
+      const double explained = judge(candidate, kFirstTiles).explained;
+      if (explained > most_explained) {
+        most_explained = explained;
+        chosen = candidate;
+      }
+    }
+    candidates = {chosen};
+  }
+  double best = 0;
+  for (const Candidate& candidate : candidates) {
+    const LatticeHypothesis judged = judge(candidate, used.size());
     if (!(judged.explained > best)) continue;
     best = judged.explained;
     result.found = judged.colors_fit;

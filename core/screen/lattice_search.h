@@ -29,7 +29,7 @@ struct LatticeSearch {
 // Looks for periods from about 2.6 to 20 px at any angle in a block of rows (whole frames too: only
 // some tiles are looked at). Deterministic. The block should have at least 64 x 64 px.
 // `infrared`: plane 3 of the rows is infrared, not made of RGB.
-[[nodiscard]] LatticeSearch find_lattice(const LinearRows& rows, bool infrared);
+[[nodiscard]] LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int most_tiles);
 
 // The colour series that a réseau with this response shows under a Gaussian blur of sigma_px
 // (isotropic) and the given carriers.

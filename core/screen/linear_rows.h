@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -32,13 +34,20 @@ class LinearReader {
   void set_silver_from_rgb(std::array<double, 3> weights) { weights_ = weights; }
   [[nodiscard]] std::array<double, 3> silver_from_rgb() const { return weights_; }
 
+  // Converts only every n-th group of 32 pixels of a line; the others keep what they held. 1 = all.
+  void keep_every(int n) { every_ = static_cast<std::size_t>(n); }
+
   void read(int first, int n, LinearRows& out);
 
  private:
+  static constexpr std::size_t kGroupPx = 32;
+  void convert(std::size_t y, std::size_t x0, std::size_t x1, LinearRows& out) const;
+
   const LineSource& source_;
   const ToneCurves& tone_;
   std::array<int, 3> rgb_plane_{};
   int infrared_plane_ = -1;
+  std::size_t every_ = 1;
   std::array<double, 3> weights_{1.0 / 3, 1.0 / 3, 1.0 / 3};
   std::vector<std::uint16_t> buffer_;
 };
