@@ -54,7 +54,8 @@ CellGrid::CellGrid(int width_px, int height_px, Carriers carriers, CellSize size
       }
     }
   };
-  fill(cos_x_, sin_x_, static_cast<std::size_t>(n_columns_ * size.width), true);
+  fill(cos_x_, sin_x_, static_cast<std::size_t>(n_columns_) * static_cast<std::size_t>(size.width),
+       true);
   fill(cos_y_, sin_y_, static_cast<std::size_t>(height_px), false);
   data_.resize(static_cast<std::size_t>(n_kept_) * static_cast<std::size_t>(n_rows_) * kStride);
 }
@@ -127,7 +128,7 @@ void CellGrid::accumulate_cell(const LinearRows& rows, int column, int row, int 
   };
   const std::size_t padded = static_cast<std::size_t>(n_columns_) * kWidth;
   const auto height = static_cast<std::size_t>(height_px_);
-  const auto first = static_cast<std::size_t>(rows.first + y0);
+  const auto first = static_cast<std::size_t>(rows.first) + static_cast<std::size_t>(y0);
   float* out = &data_[index(column, row)];
   const auto under = [&](int k, std::size_t h, float sign) {
     Quad re[kQuads] = {}, im[kQuads] = {};

@@ -168,7 +168,7 @@ class Follower {
                                        const std::vector<PhaseSample>& samples,
                                        const ScreenMap& better) const {
     LineFit result;
-    const LineError known = better.line_error();
+    const LineError& known = better.line_error();
     const auto strips_along = [&](LineError::Axis axis) {
       return measure_samples(cells_, seen_under, screen, series_,
                              axis == LineError::Axis::kLines ? strip_ : tall_strip_, blur_px2_);

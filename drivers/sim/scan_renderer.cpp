@@ -101,7 +101,8 @@ RenderError estimate_error(const std::shared_ptr<const Film>& film, const Optics
     piece.x_px += window.pitch * static_cast<int>(across * (window.width_px - piece.width_px));
     piece.y_px +=
         window.step() * static_cast<int>((k + 0.5) / n_pieces * (window.n_lines - piece.n_lines));
-    a.resize(static_cast<std::size_t>(piece.width_px * piece.n_lines * kChannels));
+    a.resize(static_cast<std::size_t>(piece.width_px) * static_cast<std::size_t>(piece.n_lines) *
+             kChannels);
     b.resize(a.size());
     ScanRenderer(film, optics, piece, geometry).transmittance(0, piece.n_lines, a);
     ScanRenderer(film, finer, piece, geometry).transmittance(0, piece.n_lines, b);
