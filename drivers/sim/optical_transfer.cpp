@@ -123,7 +123,8 @@ PsfGrid sample_psf(const OpticsSpec& optics, int channel, double defocus_um, int
   if (otf.has_lens()) highest = std::min(highest, otf.cutoff());
   if (otf.core_px() > 0) highest = std::min(highest, 1.0 / otf.core_px());
   const auto n = static_cast<std::size_t>(std::ceil(highest * period)) + 1;
-  const auto half = static_cast<std::size_t>(radius_px * samples_per_px);
+  const int reach = radius_px * samples_per_px;
+  const auto half = static_cast<std::size_t>(reach);
   std::vector<double> cosines(n * (half + 1));  // [frequency][place]
   for (std::size_t a = 0; a < n; ++a) {
     for (std::size_t i = 0; i <= half; ++i) {

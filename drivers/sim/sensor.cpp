@@ -62,8 +62,8 @@ class PixelLine {
         mix64(mix64(mix64(pass.seed, 0x5e4507), channel), static_cast<std::uint64_t>(line));
     for (int i = 0; i < window.width_px; ++i) {
       const double x = window.optical_x(i), rho = (x - axis) / half;
-      const std::uint64_t bits =
-          mix64(key, static_cast<std::uint64_t>(window.x_px + i * window.pitch));
+      const int pixel = window.x_px + i * window.pitch;
+      const std::uint64_t bits = mix64(key, static_cast<std::uint64_t>(pixel));
       const double gain = 1 + averaged * sensor.pixel_gain * normal[bits & 0xffff];
       const double light = std::max(0.0, 1 - sensor.shading * rho * rho);
       const double side = 1 + sensor.line_gain * kGainSign[static_cast<std::size_t>(line)];
