@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 #include "calibration/edge/first_line.h"
 
@@ -14,11 +15,21 @@ constexpr int kStride = 48;
 constexpr int kSmallPicture = 160;  // is one region
 constexpr std::size_t kMostLooks = 400;
 constexpr double kLeastExplained = 0.8;
+// A wedge or the rim of a disc is straight within a region, and its neighbours' light falls on it:
+// what is seen this much farther out must still be the same edge.
+constexpr int kSurround_px = kRegion / 8;
+constexpr double kLeastExplainedAround = 0.9;
+constexpr double kSameEdge_rad = 0.05;
 
 struct Block {
   int x, y;
   double variance;
 };
+
+Span2D<const float> part_of(Span2D<const float> s, const EdgePlace& place) {
+  return {s.data() + static_cast<std::ptrdiff_t>(place.y) * s.width() + place.x, place.width,
+          place.height, s.width()};
+}
 
 // Variance of the samples of a region, on every third of them.
 double variance_of(Span2D<const float> s, int x0, int y0, int width, int height) {
@@ -34,6 +45,17 @@ double variance_of(Span2D<const float> s, int x0, int y0, int width, int height)
     }
   }
   return n > 0 ? squares / n - sum * sum / (n * n) : 0;
+}
+
+// Whether one straight edge explains the surroundings of the region as well.
+bool stands_alone(Span2D<const float> s, const EdgePlace& place, const EdgeLine& line) {
+  const int left = std::max(0, place.x - kSurround_px), top = std::max(0, place.y - kSurround_px);
+  const int right = std::min(s.width(), place.x + place.width + kSurround_px);
+  const int bottom = std::min(s.height(), place.y + place.height + kSurround_px);
+  const auto around = first_line(part_of(s, {left, top, right - left, bottom - top, 0}));
+  return around && around->explained >= kLeastExplainedAround &&
+         std::abs(std::remainder(around->line.normal_rad - line.normal_rad, 2 * std::numbers::pi)) <
+             kSameEdge_rad;
 }
 
 bool overlap(const EdgePlace& a, const EdgePlace& b) {
@@ -63,14 +85,15 @@ std::vector<EdgePlace> find_edges(Span2D<const float> samples, int n_most) {
   if (blocks.size() > kMostLooks) blocks.resize(kMostLooks);
   std::vector<EdgePlace> places;
   for (const Block& block : blocks) {
-    const Span2D<const float> part(
-        samples.data() + static_cast<std::ptrdiff_t>(block.y) * w + block.x, rw, rh, w);
-    const auto line = first_line(part);
+    EdgePlace place{block.x, block.y, rw, rh, 0};
+    const auto line = first_line(part_of(samples, place));
     if (!line || line->explained < kLeastExplained) continue;
     // An edge in the middle leaves flat areas on both sides.
     if (std::abs(line->line.offset_px) > 0.2 * std::min(rw, rh)) continue;
     const double rest = std::max(1e-4, 1 - line->explained);
-    places.push_back({block.x, block.y, rw, rh, std::sqrt(block.variance / rest)});
+    if (!stands_alone(samples, place, line->line)) continue;
+    place.merit = std::sqrt(block.variance / rest);
+    places.push_back(place);
   }
   std::stable_sort(places.begin(), places.end(),
                    [](const EdgePlace& a, const EdgePlace& b) { return a.merit > b.merit; });
