@@ -68,8 +68,8 @@ void sum_terms(const Terms& terms, const SineTable& table, unsigned step, double
 
 using SumFunction = void (*)(const Terms&, const SineTable&, unsigned, double*);
 constexpr std::array<SumFunction, MeanProfile::kMost> kSums = {
-    sum_terms<1>, sum_terms<2>, sum_terms<3>, sum_terms<4>,
-    sum_terms<5>, sum_terms<6>, sum_terms<7>, sum_terms<8>};
+    sum_terms<1>, sum_terms<2>, sum_terms<3>, sum_terms<4>, sum_terms<5>,
+    sum_terms<6>, sum_terms<7>, sum_terms<8>, sum_terms<9>};
 
 const SineTable& table_for(int period_px) {
   static const SineTable narrow(128 * kPerPixel), middle(256 * kPerPixel), wide(512 * kPerPixel);

@@ -516,6 +516,9 @@ void EdgeWork::tell() {
   if (out_.mtf.inflation > 1.35) out_.reasons.push_back(EdgeReason::kCorrelatedNoise);
   if (out_.residual_share > 0.9) out_.reasons.push_back(EdgeReason::kResidual);
   if (!options_.with_profile) return;
+  ProfileBins bins(f.reach_px());
+  for (const ProfileSample& s : gathered_) bins.add(s.distance, s.value, s.weight);
+  out_.bins = bins.bins();
   constexpr double kPerPx = 8;
   const auto n = static_cast<std::size_t>(2 * f.reach_px() * kPerPx) + 1;
   out_.profile.resize(n);
@@ -524,7 +527,6 @@ void EdgeWork::tell() {
     p.d_px = (double(i) - double(n - 1) / 2) / kPerPx;
     p.esf = f.value(p.d_px);
     p.lsf = f.slope(p.d_px);
-    p.physics = f.mean().value(p.d_px);
   }
   for (const ProfileSample& s : gathered_) {
     const double at = s.distance * kPerPx + double(n - 1) / 2 + 0.5;

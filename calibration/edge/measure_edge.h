@@ -14,6 +14,7 @@
 #include "calibration/edge/edge_line.h"
 #include "calibration/edge/mtf_curve.h"
 #include "calibration/edge/optics.h"
+#include "calibration/edge/profile_bins.h"
 #include "core/base/span2d.h"
 
 namespace reseau {
@@ -59,13 +60,13 @@ struct EdgeOptions {
   double lowest = -std::numeric_limits<double>::infinity();
   double highest = std::numeric_limits<double>::infinity();
   double quantum = 0;         // step of the samples; 0 = unknown
-  bool with_profile = false;  // fill EdgeMeasurement::profile
+  bool with_profile = false;  // fill EdgeMeasurement::profile and bins
 };
 
 struct ProfilePlotPoint {
   double d_px = 0;
   double measured = 0, n = 0;  // mean of the samples there, levels taken off, and their number
-  double esf = 0, lsf = 0, physics = 0;
+  double esf = 0, lsf = 0;
 };
 
 struct EdgeMeasurement {
@@ -94,6 +95,7 @@ struct EdgeMeasurement {
   std::vector<double> optics_sd;
   double residual_share = 0;  // posterior probability that optics alone do not explain the edge
   std::vector<ProfilePlotPoint> profile;
+  std::vector<ProfileBins::Bin> bins;  // what the profile was fitted to
 };
 
 // Never throws for anything in the samples; NaN and infinities are left out.

@@ -119,9 +119,11 @@ double& parameter(EdgeOptics& optics, int index) {
       return optics.w20_waves;
     case kHalo:
       return optics.halo;
-    default:
-      CHECK(index == kHaloSigma);
+    case kHaloSigma:
       return optics.halo_sigma_px;
+    default:
+      CHECK(index == kAspect2);
+      return optics.aspect2;
   }
 }
 
@@ -136,7 +138,8 @@ void transfer(const EdgeOptics& o, const NormalCosines& normal, double f,
   const Slope g = gaussian(o.sigma2_px2, f);
   const double fx = f * normal.x, fy = f * normal.y;
   const Slope ax = sinc_of_square(o.aperture2_px2 * fx * fx);
-  const Slope ay = sinc_of_square(o.aperture2_px2 * fy * fy);
+  const double fy2 = o.aspect2 * fy * fy;
+  const Slope ay = sinc_of_square(o.aperture2_px2 * fy2);
   const double along = std::max(fx, fy);
   const Slope smear =
       o.smear2_px2 != 0 ? sinc_of_square(o.smear2_px2 * along * along) : Slope{1, -pi * pi / 6};
@@ -160,7 +163,7 @@ void transfer(const EdgeOptics& o, const NormalCosines& normal, double f,
         break;
       case kAperture2:
         d = mixed * smear.value *
-            (ax.derivative * fx * fx * ay.value + ay.derivative * fy * fy * ax.value);
+            (ax.derivative * fx * fx * ay.value + ay.derivative * fy2 * ax.value);
         break;
       case kSmear2:
         d = mixed * aperture * smear.derivative * along * along;
@@ -170,6 +173,9 @@ void transfer(const EdgeOptics& o, const NormalCosines& normal, double f,
         break;
       case kHalo:
         d = (halo - core) * box;
+        break;
+      case kAspect2:
+        d = mixed * smear.value * ax.value * ay.derivative * o.aperture2_px2 * fy * fy;
         break;
       default:
         d = -o.halo * 4 * pi * pi * o.halo_sigma_px * f * f * halo * box;

@@ -9,11 +9,12 @@
 
 namespace reseau {
 
-// Parameters of a circular lens with defocus, a Gaussian, a square aperture, a smear along one axis
-// and a halo:
+// Parameters of a circular lens with defocus, a Gaussian, an aperture, a smear along one axis and a
+// halo:
 //   M(f) = [(1 - halo) T(f) G(f) + halo exp(-2 (pi halo_sigma f)^2)] A(f) S(f)
-// T: diffraction with exact defocus, G: Gaussian, A: square aperture with sides along the pixel
-// grid, S: box along the axis that is nearer to the normal of the edge.
+// T: diffraction with exact defocus, G: Gaussian, A: aperture with sides along the pixel grid,
+// square unless aspect2 says otherwise (which one edge cannot know), S: box along the axis that is
+// nearer to the normal of the edge.
 //
 // The first three, and the smear, are squares or lengths that may turn negative: the factor becomes
 // 2 - (factor of the positive value), which continues it smoothly. An estimate whose true value is
@@ -26,6 +27,7 @@ struct EdgeOptics {
   double w20_waves = 0;         // defocus at the edge of the pupil; its sign makes no difference
   double halo = 0;              // share of the light
   double halo_sigma_px = 6;
+  double aspect2 = 1;  // square of the aperture's side along y over that along x
 };
 
 enum OpticsParameter : int {
@@ -36,6 +38,7 @@ enum OpticsParameter : int {
   kW20,
   kHalo,
   kHaloSigma,
+  kAspect2,
   kOpticsParameters
 };
 

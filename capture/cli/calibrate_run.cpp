@@ -143,8 +143,6 @@ std::string describe(const MeasuredFile& file) {
   return text;
 }
 
-namespace {
-
 std::optional<std::size_t> profile_channel(const std::string& name) {
   for (std::size_t c = 0; c < kProfileChannels; ++c) {
     if (name == kProfileChannelNames[c]) return c;
@@ -152,6 +150,8 @@ std::optional<std::size_t> profile_channel(const std::string& name) {
   if (name == "grey") return std::size_t{1};
   return std::nullopt;
 }
+
+namespace {
 
 struct Width {
   double weight = 0, sum = 0, squares = 0;

@@ -50,6 +50,9 @@ struct MeasureChoice {
 [[nodiscard]] nlohmann::ordered_json channel_to_json(const EdgeMeasurement& m);
 [[nodiscard]] nlohmann::ordered_json file_to_json(const MeasuredFile& file);
 
+// Red, green, blue, infrared as 0 to 3; grey stands for green.
+[[nodiscard]] std::optional<std::size_t> profile_channel(const std::string& name);
+
 // The table on the terminal.
 [[nodiscard]] std::string describe(const MeasuredFile& file);
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <ctime>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,11 @@
 #include <nlohmann/json.hpp>
 
 #include "calibration/profile/profile_io.h"
+#include "capture/cli/calibrate_psf.h"
+#include "capture/cli/calibrate_report.h"
 #include "capture/cli/calibrate_run.h"
+#include "capture/cli/develop_choice.h"
+#include "capture/cli/verb_colour.h"
 #include "capture/cli/verbs.h"
 #include "core/base/error.h"
 
@@ -19,10 +24,10 @@ namespace {
 
 struct CalibrateArguments {
   std::vector<std::string> files;
-  std::string roi, infrared_file, profile, model, serial;
+  std::string roi, infrared_file, profile, model, serial, report;
   std::optional<double> gamma;
   double window_px = 28, dpi = 0;
-  bool save = false, compare = false;
+  bool save = false, compare = false, psf = false;
 };
 
 PixelRect parse_roi(const std::string& text) {
@@ -90,6 +95,7 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
       throw InputError("--roi is a region of one file; give one file with it.");
     }
   });
+  if (!options.report.empty()) refuse_existing(options.report);
   choice.read.gamma = options.gamma;
   choice.read.infrared_file = options.infrared_file;
   choice.window_px = options.window_px;
@@ -109,6 +115,21 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
     for (const MeasuredFile& file : files) result["files"].push_back(file_to_json(file));
   }
   for (const MeasuredFile& file : files) reporter.result_line(describe(file));
+  std::optional<PsfFit> psf;
+  if (any && (options.psf || !options.report.empty())) {
+    psf = fit_psf(psf_edges(files));
+    result["psf"] = psf_to_json(*psf);
+    reporter.result_line(describe(*psf));
+  }
+  if (!options.report.empty()) {
+    std::optional<Profile> unit;
+    if (any) unit = profile_of(files);
+    write_text(
+        options.report,
+        calibration_html({files, psf ? &*psf : nullptr, unit ? &*unit : nullptr, utc_now(false)}),
+        reporter);
+    result["report"] = options.report;
+  }
   if (any && (options.save || options.compare || !options.profile.empty())) {
     Profile profile = profile_of(files);
     if (!options.model.empty()) profile.model = options.model;
@@ -154,7 +175,8 @@ void add_calibrate(Program& program) {
       "modulation\ntransfer of every channel with its uncertainty, or the reasons why there is "
       "none. Without --roi the\nedges are sought. No edge: exit code 65.",
       "reseau calibrate razor.tif --roi 120,80,172,100 --json\n"
-      "reseau calibrate razor-a.tif razor-b.tif --save --model 'LS-9000 ED' --dpi 4000",
+      "reseau calibrate razor-a.tif razor-b.tif --report razor.html --save --model 'LS-9000 ED' "
+      "--dpi 4000",
       [options](Work& work) { return run_calibrate(*options, work); });
   app->add_option("FILES", options->files, "Scans of edges: TIFF (8, 16 bit, float) or EXR")
       ->required();
@@ -168,6 +190,12 @@ void add_calibrate(Program& program) {
   app->add_option("--window", options->window_px,
                   "Half width of the windowed curve that is told beside the whole one (28 px)")
       ->check(CLI::Range(2.0, 80.0));
+  app->add_flag(
+      "--psf", options->psf,
+      "Fit lens, aperture, blur and halo to all edges together: what the scanner shares,\n"
+      "best focus per channel from three focus settings or more, what cannot be told");
+  app->add_option("--report", options->report,
+                  "Write tables and plots as one HTML file; implies --psf");
   app->add_flag("--save", options->save,
                 "Keep the result as the calibration of this unit, for later scans")
       ->group("Profile");

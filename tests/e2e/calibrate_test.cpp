@@ -7,6 +7,7 @@
 
 #include "tests/e2e/reseau_run.h"
 #include "tests/e2e/scan_files.h"
+#include "tests/support/temp_dir.h"
 
 namespace reseau::testing {
 namespace {
@@ -73,6 +74,30 @@ TEST(CalibrateE2e, RefusesWhatIsNoEdgeWithReasons) {
     EXPECT_FALSE(red.at("reasons").empty()) << roi;
     EXPECT_TRUE(red.at("mtf50").is_null()) << roi;
   }
+}
+
+TEST(CalibrateE2e, TheReportHoldsTablesPlotsAndTheSharedOptics) {
+  const TempDir dir;
+  write_tiff(dir / "edge.tif", slanted_edge(6, {0.7, 0.9, 0.8, 1.2}), 16);
+  const std::vector<std::string> command{"calibrate", dir / "edge.tif", "--gamma", "1",
+                                         "--report",  dir / "a.html",   "--json"};
+  const ProcessResult run = reseau(command);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto lines = json_lines(run.out);
+  ASSERT_FALSE(lines.empty());
+  const nlohmann::json& psf = lines.front().at("psf");
+  EXPECT_TRUE(psf.at("ok").get<bool>());
+  EXPECT_TRUE(psf.at("parameters").contains("aperture_squared_px2"));
+  EXPECT_TRUE(psf.at("parameters").contains("infrared.diffraction_px"));
+  EXPECT_LT(psf.at("chi2_per_freedom").get<double>(), 2);
+  const std::string html = file_bytes(dir / "a.html");
+  for (const char* part :
+       {"<svg", "SFR50", "sampling efficiency", "infrared", "aperture_squared_px2"}) {
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  }
+  // Needs nothing from elsewhere, and is never written over.
+  EXPECT_EQ(html.find("src="), std::string::npos);
+  EXPECT_EQ(reseau(command).exit_code, 74);
 }
 
 TEST(CalibrateE2e, SaysWhatIsWrongWithFileAndRegion) {

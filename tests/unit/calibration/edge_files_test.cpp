@@ -77,10 +77,16 @@ TEST(EdgeFiles, CirclesAreNoEdge) {
   const auto path = scan("not-an-edge-phaseone-circles.tif");
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
   const Planes planes = read_planes(path);
-  EXPECT_TRUE(find_edges({planes.samples[0].data(), planes.width, planes.height}, 5).empty());
-  const EdgeMeasurement m = measure(planes, 0);
-  EXPECT_EQ(m.status, EdgeStatus::kRefused);
-  EXPECT_FALSE(m.reasons.empty());
+  const EdgeMeasurement whole = measure(planes, 0);
+  EXPECT_EQ(whole.status, EdgeStatus::kRefused);
+  EXPECT_FALSE(whole.reasons.empty());
+  const Span2D<const float> samples(planes.samples[0].data(), planes.width, planes.height);
+  for (const EdgePlace& place : find_edges(samples, 5)) {
+    const Span2D<const float> part(
+        samples.data() + static_cast<std::ptrdiff_t>(place.y) * planes.width + place.x, place.width,
+        place.height, planes.width);
+    EXPECT_EQ(measure_edge(part, {}).status, EdgeStatus::kRefused) << place.x << "," << place.y;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,64 @@
+// The parameters of fit_psf and how an edge depends on them. Part of fit_psf.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibration/psf/psf_fit.h"
+
+namespace ceres {
+class Problem;
+}
+
+namespace reseau::psf {
+
+inline constexpr int kChannels = 4;
+
+// Signed squares, as in EdgeOptics. Defocus of an edge is waves_per_step * (focus - best); without
+// focus settings, focus = 0 and waves_per_step = -1, so that `best` is the defocus itself.
+struct Unknowns {
+  double aperture2 = 1, aspect2 = 1, halo = 0, halo_sigma = 6, waves_per_step = -1;
+  struct Channel {
+    bool used = false;
+    double diffraction = 0.8, sigma2 = 0.05, best = 0.3;
+  };
+  std::array<Channel, kChannels> channels;
+  struct Edge {
+    double offset = 0, dark = 0, bright = 1;
+  };
+  std::vector<Edge> edges;
+
+  [[nodiscard]] EdgeOptics optics(int channel, double focus) const;
+};
+
+// Which of the shared parameters are free.
+struct Freedom {
+  bool aspect = false, halo = false, waves_per_step = false;
+};
+
+// One parameter that is free: where it is, and what it is called.
+struct FreeParameter {
+  double* value = nullptr;
+  std::string name;
+};
+
+// Sets up the least squares for `edges` in `unknowns`, which it keeps pointers to. `shared` lists
+// the free parameters of unit and channels.
+struct Setup {
+  Setup();
+  ~Setup();
+  Setup(const Setup&) = delete;
+  Setup& operator=(const Setup&) = delete;
+
+  std::unique_ptr<ceres::Problem> problem;
+  std::vector<FreeParameter> shared;
+};
+[[nodiscard]] std::unique_ptr<Setup> set_up(std::span<const PsfEdge> edges, const Freedom& freedom,
+                                            Unknowns& unknowns);
+
+[[nodiscard]] const char* channel_name(int channel);
+
+}  // namespace reseau::psf
