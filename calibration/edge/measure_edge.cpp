@@ -516,9 +516,7 @@ void EdgeWork::tell() {
   if (out_.mtf.inflation > 1.35) out_.reasons.push_back(EdgeReason::kCorrelatedNoise);
   if (out_.residual_share > 0.9) out_.reasons.push_back(EdgeReason::kResidual);
   if (!options_.with_profile) return;
-  ProfileBins bins(f.reach_px());
-  for (const ProfileSample& s : gathered_) bins.add(s.distance, s.value, s.weight);
-  out_.bins = bins.bins();
+  out_.bins = f.bins();
   constexpr double kPerPx = 8;
   const auto n = static_cast<std::size_t>(2 * f.reach_px() * kPerPx) + 1;
   out_.profile.resize(n);

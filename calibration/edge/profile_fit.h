@@ -53,6 +53,7 @@ class ProfileFit {
   // Heaviest first; weights sum to 1.
   [[nodiscard]] std::span<const ProfileMember> members() const { return members_; }
   [[nodiscard]] const ProfileMember& best() const { return members_.front(); }
+  [[nodiscard]] const std::vector<ProfileBins::Bin>& bins() const { return bins_; }
   [[nodiscard]] double noise() const { return noise_; }  // of one sample of weight 1
   [[nodiscard]] double reach_px() const { return options_.reach_px; }
   [[nodiscard]] const ProfileFitOptions& options() const { return options_; }

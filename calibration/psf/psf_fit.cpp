@@ -148,9 +148,9 @@ Eigen::MatrixXd shared_curvature(Setup& setup, Unknowns& unknowns) {
   return h.topLeftCorner(n, n) - across * own.ldlt().solve(across.transpose());
 }
 
-// Parameters with their covariance, and what is not determined.
-void judge(const Eigen::MatrixXd& curvature, std::span<const psf::FreeParameter> shared,
-           double inflation, PsfFit& out) {
+// Parameters, and what is not determined. Returns their covariance.
+Eigen::MatrixXd judge(const Eigen::MatrixXd& curvature, std::span<const psf::FreeParameter> shared,
+                      double inflation, PsfFit& out) {
   const Eigen::Index n = curvature.rows();
   Eigen::VectorXd scale(n);
   for (Eigen::Index i = 0; i < n; ++i) scale[i] = std::sqrt(std::max(curvature(i, i), 1e-300));
@@ -174,7 +174,7 @@ void judge(const Eigen::MatrixXd& curvature, std::span<const psf::FreeParameter>
   for (Eigen::Index i = 0; i < n; ++i) {
     const psf::FreeParameter& p = shared[static_cast<std::size_t>(i)];
     const double sd = inflation * std::sqrt(std::max(0.0, covariance(i, i))) / scale[i];
-    // A parameter whose spread exceeds any value it could have is as good as unknown.
+    // What a direction without curvature moves is unknown, however small its share of the rest.
     const bool known = unknown[i] < 0.01 && scale[i] > 1e-100 && std::isfinite(sd);
     out.parameters.push_back({p.name, *p.value, sd, known});
     if (!known) {
@@ -190,25 +190,32 @@ void judge(const Eigen::MatrixXd& curvature, std::span<const psf::FreeParameter>
                                 out.parameters[static_cast<std::size_t>(k)].name, r});
     }
   }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index k = 0; k < n; ++k) {
+      covariance(i, k) *= inflation * inflation / (scale[i] * scale[k]);
+    }
+  }
+  return covariance;
 }
 
-// The sides of the aperture in px, from their signed squares.
-void add_sides(const Unknowns& u, PsfFit& out) {
-  const PsfParameter* square = out.find("aperture_squared_px2");
-  if (square == nullptr || !(u.aperture2 > 0)) return;
-  const double x = std::sqrt(u.aperture2), sd_x = square->sd / (2 * x);
-  const bool known = square->determined;
-  const PsfParameter* aspect = out.find("aspect_squared");
-  if (aspect == nullptr || !(u.aspect2 > 0)) {
+// The sides of the aperture in px, from their signed squares, which set_up lists first.
+void add_sides(const Unknowns& u, bool both_sides, const Eigen::MatrixXd& covariance, PsfFit& out) {
+  if (!(u.aperture2 > 0)) return;
+  const double x = std::sqrt(u.aperture2);
+  const bool known = out.parameters[0].determined;
+  const double sd_x = out.parameters[0].sd / (2 * x);
+  if (!both_sides || !(u.aspect2 > 0)) {
     out.parameters.push_back({"aperture_px", x, sd_x, known});
     return;
   }
-  // Of the other side without the correlation of the two, which the pairs above tell.
+  const bool both_known = known && out.parameters[1].determined;
   const double y = x * std::sqrt(u.aspect2);
-  const double sd_y = y * std::hypot(sd_x / x, aspect->sd / (2 * u.aspect2));
-  const bool both = known && aspect->determined;
+  // Of ln y = (ln aperture2 + ln aspect2) / 2.
+  const Eigen::Vector2d slope(0.5 / u.aperture2, 0.5 / u.aspect2);
+  const double variance = slope.dot(covariance.topLeftCorner<2, 2>() * slope);
   out.parameters.push_back({"aperture_x_px", x, sd_x, known});
-  out.parameters.push_back({"aperture_y_px", y, sd_y, both});
+  out.parameters.push_back(
+      {"aperture_y_px", y, y * std::sqrt(std::max(0.0, variance)), both_known});
 }
 
 bool usable(const PsfEdge& e) {
@@ -282,9 +289,9 @@ PsfFit fit_psf(std::span<const PsfEdge> edges) {
     for (Unknowns::Channel& c : u.channels) c.best = std::abs(c.best);
   }
   const std::unique_ptr<Setup> setup = psf::set_up(edges, freedom, u);
-  judge(shared_curvature(*setup, u), setup->shared, std::sqrt(std::max(1.0, out.chi2_per_freedom)),
-        out);
-  add_sides(u, out);
+  const Eigen::MatrixXd covariance = judge(shared_curvature(*setup, u), setup->shared,
+                                           std::sqrt(std::max(1.0, out.chi2_per_freedom)), out);
+  add_sides(u, freedom.aspect, covariance, out);
   if (!freedom.aspect) {
     out.remarks.emplace_back(
         "The edges run along one axis only; the aperture is taken as square. Add an edge across "
@@ -299,7 +306,6 @@ PsfFit fit_psf(std::span<const PsfEdge> edges) {
     const PsfEdge& edge = edges[e];
     const double focus = freedom.waves_per_step ? *edge.focus : 0;
     const EdgeOptics optics = u.optics(edge.channel, focus);
-    out.optics.push_back(optics);
     const MeanProfile profile(optics, edge.normal, std::min(100.0, edge.reach_px + 2), {});
     double squares = 0, weight = 0;
     std::map<long, std::array<double, 2>> cells;  // weight, weighted sum

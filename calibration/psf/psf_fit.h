@@ -60,7 +60,6 @@ struct PsfFit {
     double d_px = 0, value = 0;  // edge minus model, of the contrast, mean over 1/8 px
   };
   std::vector<std::vector<Residual>> residuals;  // of each edge
-  std::vector<EdgeOptics> optics;                // of each edge, by the shared model
   bool has_halo = false, has_focus = false;
 
   [[nodiscard]] const PsfParameter* find(const std::string& name) const;

@@ -115,7 +115,7 @@ void refuse_existing(const std::filesystem::path& path) {
     return;
   }
   throw Failure(kExitOutput, fmt::format("{} exists already; nothing was done.", path.string()),
-                "Choose another folder with -o, or move that file away.");
+                "Choose another name or folder, or move that file away.");
 }
 
 DevelopProgress develop_progress(Reporter& reporter, bool scanning, int n_lines) {

@@ -14,8 +14,8 @@
 #include "capture/cli/calibrate_report.h"
 #include "capture/cli/calibrate_run.h"
 #include "capture/cli/develop_choice.h"
-#include "capture/cli/verb_colour.h"
 #include "capture/cli/verbs.h"
+#include "capture/cli/write_text.h"
 #include "core/base/error.h"
 
 namespace reseau::cli {
@@ -48,6 +48,16 @@ PixelRect parse_roi(const std::string& text) {
     throw InputError(fmt::format("--roi takes whole pixels as x,y,width,height, not '{}'.", text));
   }
   return {v[0], v[1], v[2], v[3]};
+}
+
+// What the files say of the unit, or the person where they do not.
+Profile unit_of(const std::vector<MeasuredFile>& files, const CalibrateArguments& options) {
+  Profile profile = profile_of(files);
+  if (!options.model.empty()) profile.model = options.model;
+  if (!options.serial.empty()) profile.serial = options.serial;
+  if (options.dpi > 0) profile.resolution_dpi = options.dpi;
+  profile.measured_at_utc = utc_now(false);
+  return profile;
 }
 
 // The profile of this unit that is kept, held against the new one, as sentences and JSON.
@@ -123,7 +133,7 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
   }
   if (!options.report.empty()) {
     std::optional<Profile> unit;
-    if (any) unit = profile_of(files);
+    if (any) unit = unit_of(files, options);
     write_text(
         options.report,
         calibration_html({files, psf ? &*psf : nullptr, unit ? &*unit : nullptr, utc_now(false)}),
@@ -131,11 +141,7 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
     result["report"] = options.report;
   }
   if (any && (options.save || options.compare || !options.profile.empty())) {
-    Profile profile = profile_of(files);
-    if (!options.model.empty()) profile.model = options.model;
-    if (!options.serial.empty()) profile.serial = options.serial;
-    if (options.dpi > 0) profile.resolution_dpi = options.dpi;
-    profile.measured_at_utc = utc_now(false);
+    const Profile profile = unit_of(files, options);
     as_failure(Doing::kReadingInput, [&] {
       if (profile.model.empty()) {
         throw InputError(

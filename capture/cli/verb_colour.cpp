@@ -2,7 +2,6 @@
 
 #include <array>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -12,10 +11,10 @@
 #include "capture/cli/color_choice.h"
 #include "capture/cli/develop_choice.h"
 #include "capture/cli/verbs.h"
+#include "capture/cli/write_text.h"
 #include "capture/color/color_plots.h"
 #include "capture/color/color_record.h"
 #include "capture/session/json_number.h"
-#include "capture/store/part_file.h"
 #include "core/color/dominant_wavelength.h"
 #include "core/color/gamut.h"
 
@@ -235,15 +234,6 @@ ExitCode show(const ShowOptions& options, Work& work) {
 }
 
 }  // namespace
-
-void write_text(const std::string& path, const std::string& text, Reporter& reporter) {
-  as_failure(Doing::kWriting, [&] {
-    PartFile file(path, PartFile::Kind::kScratch, Existing::kRefuse);
-    file.write_at(0, std::as_bytes(std::span(text)));
-    file.publish();
-  });
-  reporter.say("Written " + path);
-}
 
 void add_colour(Program& program) {
   CLI::App* group = program.add_group("colour", "Colours of the elements.",

@@ -10,8 +10,8 @@
 
 #include "capture/cli/develop_choice.h"
 #include "capture/cli/read_choice.h"
-#include "capture/cli/verb_colour.h"
 #include "capture/cli/verbs.h"
+#include "capture/cli/write_text.h"
 #include "capture/color/color_plots.h"
 #include "capture/color/paper.h"
 #include "capture/color/paper_tables.h"

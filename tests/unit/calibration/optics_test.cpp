@@ -37,8 +37,9 @@ TEST(EdgeOptics, DerivativesAreThoseOfTheFunction) {
                       .smear2_px2 = 1.5,
                       .w20_waves = 0.4,
                       .halo = 0.1,
-                      .halo_sigma_px = 3};
-  const int all[] = {kDiffraction, kSigma2, kAperture2, kSmear2, kW20, kHalo, kHaloSigma};
+                      .halo_sigma_px = 3,
+                      .aspect2 = 1.7};
+  const int all[] = {kDiffraction, kSigma2, kAperture2, kSmear2, kW20, kHalo, kHaloSigma, kAspect2};
   const NormalCosines normal{0.8, 0.6};
   for (const double f : {0.05, 0.3, 0.77}) {
     std::array<double, 1 + kOpticsParameters> out{};
