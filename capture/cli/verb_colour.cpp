@@ -109,10 +109,13 @@ class Sheet {
  private:
   void add_elements() {
     const Viewing& viewing = recipe_.viewing;
-    lines_.push_back(fmt::format("{} ({}), {} under {}, sums of {} nm", recipe_.primaries.name,
-                                 recipe_.primaries.about, kind_of(recipe_.primaries),
-                                 viewing.light.name, viewing.step == SummationStep::k1nm ? 1 : 5));
-    lines_.push_back(first_line(recipe_.primaries.source));
+    const std::string& about = recipe_.primaries.about;
+    lines_.push_back(fmt::format("{}{}, {} under {}, sums of {} nm", recipe_.primaries.name,
+                                 about.empty() ? "" : " (" + about + ")",
+                                 kind_of(recipe_.primaries), viewing.light.name,
+                                 viewing.step == SummationStep::k1nm ? 1 : 5));
+    const std::string source = first_line(recipe_.primaries.source);
+    if (!source.empty()) lines_.push_back(source);
     if (recipe_.primaries.stated && recipe_.primaries.stated->illuminant) {
       lines_.push_back(fmt::format("stated for illuminant {}, adapted to the light ({})",
                                    light_of(*recipe_.primaries.stated->illuminant).name,

@@ -14,8 +14,9 @@ constexpr double kWorstCondition = 1e4;
 void require_regular(const Matrix3& weighted_primaries) {
   if (!(condition_number(weighted_primaries) < kWorstCondition)) {
     throw InputError(
-        "The three primaries are not independent colours, so no picture can be made with them; use "
-        "another set.");
+        "The three primaries are not independent colours (two are alike, or all three lie on one "
+        "line of the chromaticity diagram), so no picture can be made with them; correct them or "
+        "use another set.");
   }
 }
 

@@ -57,6 +57,11 @@ bool has_decimal_comma(const std::vector<std::string>& fields) {
   });
 }
 
+bool is_number(const std::string& field) {
+  return field.find_first_of("0123456789") != std::string::npos &&
+         field.find_first_not_of("+-0123456789.,eE") == std::string::npos;
+}
+
 void refuse_what_is_no_text(std::string_view text) {
   if (text.size() > kMostBytes) {
     throw InputError("The table is larger than 16 MB; a table of spectra is far smaller.");
@@ -101,6 +106,11 @@ CsvText parse_color_csv(std::string_view text) {
         separator = '\t';
       }
       table.columns = fields_of(line, separator);
+      if (std::all_of(table.columns.begin(), table.columns.end(), is_number)) {
+        throw InputError(
+            "The table has no header line; above the numbers write what its columns are, such as "
+            "wavelength_nm,red,green,blue.");
+      }
       continue;
     }
     CsvLine row{number, fields_of(separator == '\t' ? raw : line, separator)};
@@ -143,7 +153,15 @@ double csv_number(const std::string& field, bool decimal_comma, int line, std::s
   if (first != last && *first == '+') ++first;
   double value = 0;
   const auto [end, error] = std::from_chars(first, last, value);
-  if (mixed || error != std::errc() || end != last || !std::isfinite(value)) {
+  if (field.empty()) {
+    throw InputError(at_line(line) + ": there is no number for " + std::string(where) +
+                     "; fill it in or leave the row out.");
+  }
+  if (mixed) {
+    throw InputError(at_line(line) + ": '" + field + "' for " + std::string(where) +
+                     " has a point and a comma; write numbers without marks between thousands.");
+  }
+  if (error != std::errc() || end != last || !std::isfinite(value)) {
     throw InputError(at_line(line) + ": '" + field + "' is no number for " + std::string(where) +
                      "; write it like 12.5.");
   }

@@ -1,5 +1,7 @@
 #include "core/color/dominant_wavelength.h"
 
+#include <algorithm>
+
 #include "core/geometry/vec2.h"
 
 namespace reseau {
@@ -35,6 +37,21 @@ std::optional<double> dominant_wavelength_nm(const Chromaticity& color, const Ch
     }
   }
   return found_nm;
+}
+
+bool is_color_of_light(const Chromaticity& color, const Observer& observer, double tolerance) {
+  const Vec2 p{color[0], color[1]};
+  bool inside = false;
+  double nearest = 1e9;
+  for (int i = 0; i < observer.grid.count; ++i) {
+    const Vec2 a = locus_point(observer, i),
+               b = locus_point(observer, i + 1 < observer.grid.count ? i + 1 : 0), side = b - a;
+    if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / side.y * side.x) inside = !inside;
+    const double length2 = dot(side, side);
+    const double t = length2 > 0 ? std::clamp(dot(p - a, side) / length2, 0.0, 1.0) : 0;
+    nearest = std::min(nearest, norm(p - a - t * side));
+  }
+  return inside || nearest <= tolerance;
 }
 
 }  // namespace reseau

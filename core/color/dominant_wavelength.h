@@ -14,4 +14,9 @@ namespace reseau {
                                                            const Chromaticity& white,
                                                            const Observer& observer);
 
+// Whether some light has this colour: it lies within the spectral locus and the line that joins its
+// ends, or outside by no more than `tolerance`. Pure, reentrant.
+[[nodiscard]] bool is_color_of_light(const Chromaticity& color, const Observer& observer,
+                                     double tolerance);
+
 }  // namespace reseau

@@ -27,8 +27,12 @@ void require_usable(const Matrix3& element_xyz, const Vector3& areas) {
   if (!all_positive(areas.data(), areas.data() + 3)) {
     throw InputError("Each element must cover a positive share of the area; correct the areas.");
   }
-  if (!all_positive(element_xyz.data() + 3, element_xyz.data() + 6)) {
-    throw InputError("Each primary needs a luminance above 0; correct the set.");
+  constexpr std::array<const char*, 3> kElements{"red", "green", "blue"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (all_positive(element_xyz.data() + 3 + i, element_xyz.data() + 4 + i)) continue;
+    throw InputError(std::string("The ") + kElements[i] +
+                     " element lets no light through; each primary needs a luminance above 0. "
+                     "Correct the set.");
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/color/color_csv.h"
+#include "core/color/dominant_wavelength.h"
 
 namespace reseau {
 namespace {
@@ -18,6 +19,8 @@ constexpr double kShouldBeginBy_nm = 405, kShouldReach_nm = 695;
 constexpr double kWideGap_nm = 25, kWidestGap_nm = 200;
 // Readings of a printed chart lie this much outside, no more.
 constexpr double kReadingNoise = 0.02;
+// Printed x, y may lie this far outside the spectral locus: two decimals, or a diagram read off.
+constexpr double kPrintedChromaticity = 0.01;
 
 std::string nm(double wavelength_nm) {
   std::string text = std::to_string(wavelength_nm);
@@ -141,8 +144,8 @@ Unit settle_unit(const std::array<Readings, 3>& curves, Unit said,
   }
   if (said == Unit::kPercent && highest <= 1) {
     notes.emplace_back(
-        "The table says percent and nowhere exceeds 1; if these are fractions, name the column "
-        "transmittance_fraction.");
+        "The table says percent, is taken as percent, and nowhere exceeds 1 %; if these are "
+        "fractions, name the column transmittance_fraction.");
   }
   return said;
 }
@@ -267,7 +270,11 @@ PrimarySet wide_layout(const CsvText& table, std::size_t wavelength, TableOrigin
     const auto element = element_index(table.columns[i]);
     if (i == wavelength || !element) continue;
     columns[*element] = i;
-    if (unit == Unit::kUnknown) unit = unit_of_column(table.columns[i]);
+    const Unit own = unit_of_column(table.columns[i]);
+    if (unit == Unit::kUnknown) unit = own;
+    if (own != Unit::kUnknown && own != unit) {
+      throw InputError("The columns name different units; give all three elements in one.");
+    }
   }
   std::array<Readings, 3> curves;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -345,6 +352,8 @@ double luminance_scale(const CsvText& table, std::vector<std::string>& notes) {
 }
 
 PrimarySet stated_set(const std::vector<StatedRow>& rows, const std::string& name) {
+  PrimarySet set;
+  set.name = name;
   StatedColors stated;
   std::array<bool, 3> seen{};
   Vector3 luminance{};
@@ -359,6 +368,11 @@ PrimarySet stated_set(const std::vector<StatedRow>& rows, const std::string& nam
     if (row.luminance) {
       luminance[row.element] = *row.luminance;
       ++n_luminances;
+    }
+    if (!is_color_of_light(row.xy, observer_of(SummationStep::k5nm), kPrintedChromaticity)) {
+      set.notes.push_back(line_text(row.line) + ": no light has the colour given for " +
+                          kElements[row.element] +
+                          "; it is used as it stands, but look whether x and y are right.");
     }
     if (row.line != rows.front().line && row.illuminant != rows.front().illuminant) {
       throw InputError(line_text(row.line) + ": the elements of '" + name +
@@ -376,8 +390,6 @@ PrimarySet stated_set(const std::vector<StatedRow>& rows, const std::string& nam
     throw InputError("The set '" + name +
                      "' gives a luminance Y for some elements only; give all three or none.");
   }
-  PrimarySet set;
-  set.name = name;
   if (n_luminances == 3) {
     stated.luminance = luminance;
   } else {

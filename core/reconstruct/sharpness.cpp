@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 
 #include "core/base/parallel.h"
+#include "core/reconstruct/clear_elements.h"
 #include "core/screen/element_model.h"
 #include "core/screen/lattice_search.h"
 #include "core/screen/linear_rows.h"
@@ -314,19 +315,6 @@ Response fit_response(const std::vector<ScreenTile>& tiles, const ElementModel& 
   return response;
 }
 
-// RGB alone cannot tell how clear the film is: the brightest answer of a clear element counts as
-// full scale.
-void scale_to_brightest(Response& response) {
-  double brightest = 0;
-  for (const auto& element : response) {
-    for (const double value : element) brightest = std::max(brightest, value);
-  }
-  if (!(brightest > 0)) return;
-  for (auto& element : response) {
-    for (double& value : element) value /= brightest;
-  }
-}
-
 // Where a detail of RGB at p is found in infrared: p + shift [px]. Zero when the picture does not
 // tell it to a tenth of a pixel.
 Vec2 infrared_shift(const std::vector<ScreenTile>& tiles, const std::array<double, 3>& weights,
@@ -407,7 +395,10 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   result.report.green_length = fit.widths.green;
   const ElementModel model(linear, fit.widths);
   result.response = fit_response(tiles, model, result.report.sigma_px, infrared);
-  if (!infrared) scale_to_brightest(result.response);
+  if (!infrared) {
+    scale_to_clear(source, registration, tone, fit.widths.red, fit.widths.green, stop,
+                   result.response);
+  }
   std::array<double, 3> weights{};
   if (silver_weights(result.response, weights)) result.silver_from_rgb = weights;
   if (infrared)

@@ -45,6 +45,8 @@ TEST(ColorCsv, RefusesWhatIsNoTable) {
   EXPECT_NE(complaint("\xEF\xBB\xBF").find("empty"), std::string::npos);
   EXPECT_NE(complaint("# only a comment\n").find("empty"), std::string::npos);
   EXPECT_NE(complaint("a,b\n").find("nothing below"), std::string::npos);
+  EXPECT_NE(complaint("400,0.1\n410,0.1\n").find("no header line"), std::string::npos);
+  EXPECT_NE(complaint("400,0.1,0.1,0.2\n").find("no header line"), std::string::npos);
   EXPECT_NE(complaint("a,a\n1,2\n").find("two columns"), std::string::npos);
   EXPECT_NE(complaint(std::string_view("a\0,\0b\0\n\0", 8)).find("UTF-8"), std::string::npos);
   EXPECT_NE(complaint("a,b\n1\n").find("Line 2"), std::string::npos);

@@ -10,6 +10,7 @@ namespace reseau {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 std::vector<PrimarySet> parse(const std::string& text) {
   return parse_primary_sets(text, "my.csv", TableOrigin::kOwn);
@@ -136,6 +137,12 @@ TEST(PrimaryFile, RefusesWhatCannotBeMeant) {
       {"no header", "400,1,2,3\n410,1,2,3\n", "header line"},
       {"column missing", "wavelength_nm,red,green\n400,1,2\n", "no column for blue"},
       {"decimal commas", "wavelength_nm,red,green,blue\n400,5,1,0,2,0,3,0\n", "semicolons"},
+      {"an empty field", spectra([](int k, int nm, std::string row) {
+         return k == 2 && nm == 500 ? "blue,500," : row;
+       }),
+       "there is no number for"},
+      {"two units", "wavelength_nm,red_percent,green_fraction,blue\n400,1,2,3\n700,3,2,50\n",
+       "different units"},
       {"one reading", "wavelength_nm,red,green,blue\n400,1,2,30\n", "one reading"},
       {"empty", "", "empty"},
   };
@@ -155,7 +162,7 @@ TEST(PrimaryFile, SaysWhatItMakesUp) {
               })),
               HasSubstr("slightly below 0"));
   EXPECT_THAT(notes_of(spectra(same, "transmittance_percent", 0.01)),
-              HasSubstr("nowhere exceeds 1"));
+              HasSubstr("taken as percent, and nowhere exceeds 1"));
 }
 
 constexpr const char* kColors =
@@ -171,6 +178,14 @@ TEST(PrimaryFile, ColorsAreThoseOfTheBuiltInSet) {
       "C\n";
   for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(colors(percent)[i], own[i], 1e-15);
   EXPECT_THAT(notes_of(percent), HasSubstr("percent"));
+}
+
+TEST(PrimaryFile, SaysWhichColorNoLightHas) {
+  const std::string odd = "element,x,y\nred,0.64,0.33\ngreen,0.05,0.9\nblue,0.15,0.06\n";
+  EXPECT_THAT(notes_of(odd), HasSubstr("Line 3 of the table: no light has the colour"));
+  // Every built-in set is one that light can have, as are the colours of two decimals.
+  const std::string rounded = "element,x,y\nred,0.73,0.27\ngreen,0.07,0.84\nblue,0.17,0.0001\n";
+  EXPECT_THAT(notes_of(rounded), Not(HasSubstr("no light")));
 }
 
 TEST(PrimaryFile, ColorsWithoutLuminanceMakeTheWhiteTogether) {
