@@ -18,7 +18,7 @@ CellSource::CellSource(std::shared_ptr<const Film> film, const CellGrid& grid, i
 
 const CellRow& CellSource::row(std::size_t level, std::int64_t k) {
   Level& at = levels_[level];
-  const auto slot = static_cast<std::size_t>(k & 3);
+  const auto slot = static_cast<std::size_t>(k & 7);
   if (at.index[slot] != k) {
     at.index[slot] = k;
     if (level == 0) {
@@ -32,10 +32,11 @@ const CellRow& CellSource::row(std::size_t level, std::int64_t k) {
 }
 
 void CellSource::join(std::size_t level, std::int64_t k, CellRow& to) {
-  const CellRow *a = &row(level - 1, 2 * k - 1), *b = &row(level - 1, 2 * k),
-                *d = &row(level - 1, 2 * k + 1), *e = &row(level - 1, 2 * k + 2);
+  const CellRow* from[6];
+  for (int i = 0; i < 6; ++i) from[i] = &row(level - 1, 2 * k - 2 + i);
   const int per_px = levels_[level].per_px, fine_per_px = levels_[level - 1].per_px;
   to.resize(first_px_, n_px_, per_px);
+  constexpr float kOuter = 1.0F / 32, kNext = 5.0F / 32, kInner = 10.0F / 32;
   // Along y first, on all phases with one pixel to spare at both ends.
   const auto n = static_cast<std::size_t>(n_px_);
   const std::size_t stride = n + 2;
@@ -43,26 +44,27 @@ void CellSource::join(std::size_t level, std::int64_t k, CellRow& to) {
   for (int c = 0; c < kChannels; ++c) {
     for (int s = 0; s < fine_per_px; ++s) {
       float* sum = joined_.data() + static_cast<std::size_t>(s) * stride;
-      const float *p = a->phase(c, s), *q = b->phase(c, s), *r = d->phase(c, s),
-                  *t = e->phase(c, s);
+      const float *p0 = from[0]->phase(c, s), *p1 = from[1]->phase(c, s),
+                  *p2 = from[2]->phase(c, s), *p3 = from[3]->phase(c, s),
+                  *p4 = from[4]->phase(c, s), *p5 = from[5]->phase(c, s);
       for (std::size_t i = 0; i < n; ++i) {
-        sum[i + 1] = 0.125F * (p[i] + t[i]) + 0.375F * (q[i] + r[i]);
+        sum[i + 1] = kOuter * (p0[i] + p5[i]) + kNext * (p1[i] + p4[i]) + kInner * (p2[i] + p3[i]);
       }
       sum[0] = sum[1];
       sum[n + 1] = sum[n];
     }
     for (int s = 0; s < per_px; ++s) {
-      // Fine cells 2 s - 1 to 2 s + 2; the outer ones may belong to a neighbouring pixel.
+      // Fine cells 2 s - 2 to 2 s + 3; the outer ones may belong to a neighbouring pixel.
       const auto cell = [&](int at) {
         const int carry = at < 0 ? -1 : at >= fine_per_px ? 1 : 0;
         const auto phase = static_cast<std::size_t>(at - carry * fine_per_px);
         return joined_.data() + phase * stride + 1 + carry;
       };
-      const float *p = cell(2 * s - 1), *q = cell(2 * s), *r = cell(2 * s + 1),
-                  *t = cell(2 * s + 2);
+      const float *p0 = cell(2 * s - 2), *p1 = cell(2 * s - 1), *p2 = cell(2 * s),
+                  *p3 = cell(2 * s + 1), *p4 = cell(2 * s + 2), *p5 = cell(2 * s + 3);
       float* out = to.phase(c, s);
       for (std::size_t i = 0; i < n; ++i) {
-        out[i] = 0.125F * (p[i] + t[i]) + 0.375F * (q[i] + r[i]);
+        out[i] = kOuter * (p0[i] + p5[i]) + kNext * (p1[i] + p4[i]) + kInner * (p2[i] + p3[i]);
       }
     }
   }

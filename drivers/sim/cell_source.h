@@ -23,11 +23,12 @@ class CellSource {
   void read(std::int64_t j, const std::array<std::span<float>, kChannels>& out);
 
  private:
-  // Rows of one size of cells, the latest four of them; each level joins pairs of the one before.
+  // Rows of one size of cells, the latest eight; each level joins pairs of the one before.
   struct Level {
     int per_px = 0;
-    std::array<CellRow, 4> rows;
-    std::array<std::int64_t, 4> index{INT64_MIN, INT64_MIN, INT64_MIN, INT64_MIN};
+    std::array<CellRow, 8> rows;
+    std::array<std::int64_t, 8> index{INT64_MIN, INT64_MIN, INT64_MIN, INT64_MIN,
+                                      INT64_MIN, INT64_MIN, INT64_MIN, INT64_MIN};
   };
   const CellRow& row(std::size_t level, std::int64_t k);
   void join(std::size_t level, std::int64_t k, CellRow& to);

@@ -191,7 +191,7 @@ double CellGrid::transfer(double f) const {
   double t = sinc(std::numbers::pi * f / fine_per_px);
   for (int cells = fine_per_px; cells > per_px; cells /= 2) {
     const double c = std::cos(std::numbers::pi * f / cells);
-    t *= c * c * c;
+    t *= c * c * c * c * c;
   }
   return t;
 }

@@ -22,8 +22,8 @@ inline constexpr double kWidePx = 4.0;
 [[nodiscard]] std::vector<WideGaussian> wide_gaussians(const OpticalTransfer& transfer);
 
 // What a grid of cells has already done to the film: each cell a mean over 1 / fine_per_px, and
-// cells joined two by two with weights 1 3 3 1 until per_px are left (fine_per_px is per_px times a
-// power of 2).
+// cells joined two by two with weights 1 5 10 10 5 1 until per_px are left (fine_per_px is per_px
+// times a power of 2).
 struct CellGrid {
   int per_px = 4, fine_per_px = 4;
 
