@@ -33,16 +33,17 @@ ordered_json receipt_of(const RecolorRequest& request, const Recolored& done,
   put_number(timings, "writing_s", done.seconds_writing);
   put_number(timings, "all_s", done.seconds);
   ordered_json files = ordered_json::array();
-  const auto add = [&files](const char* role, const std::filesystem::path& path) {
+  const auto add = [&files](const char* role, const std::filesystem::path& path,
+                            const std::string& sha256) {
     files.push_back({{"role", role},
                      {"name", path.filename().string()},
                      {"bytes", std::filesystem::file_size(path)},
-                     {"sha256", sha256_of_file(path)}});
+                     {"sha256", sha256}});
   };
-  add("reconstruction", names.exr);
+  add("reconstruction", names.exr, done.picture.exr_sha256);
   if (request.view) {
-    add("view", names.png);
-    add("view16", names.view_tiff);
+    add("view", names.png, sha256_of_file(names.png));
+    add("view16", names.view_tiff, sha256_of_file(names.view_tiff));
   }
   return {{"schema", "reseau-receipt/1"},
           {"program", {{"name", "reseau"}, {"version", RESEAU_VERSION}}},

@@ -27,6 +27,10 @@ class AreaMean final : public RgbRowSink {
   explicit AreaMean(const NeutralArea& area) : area_(area) {}
   // InputError when the area does not lie within the picture.
   void begin(int width_px, int height_px) override;
+  // Whether any of these rows counts: the others need not be given.
+  [[nodiscard]] bool wants(int first_row, int n_rows) const {
+    return first_row < area_.y + area_.height_px && first_row + n_rows > area_.y;
+  }
   void rows(int first_row, int n_rows, std::span<const float> rgb) override;
   void end() override {}
   // InputError when there was no pixel.

@@ -51,6 +51,8 @@ class FloatImageWriter {
   void rows(int first_row, int n_rows, std::span<const float> samples);
   // All rows must have been given. Throws as PartFile::publish.
   void finish();
+  // Of the finished file. Of one whose rows are stored it is known; another is read.
+  [[nodiscard]] std::string sha256() const;
 
  private:
   struct State;

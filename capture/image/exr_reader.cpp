@@ -1,9 +1,17 @@
 #include <algorithm>
+#include <bit>
 #include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <memory>
 #include <system_error>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfCompressionAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
@@ -46,6 +54,11 @@ void require_exr(const std::filesystem::path& path) {
   }
 }
 
+InputError cut_off(const std::filesystem::path& path, const std::exception& error) {
+  return InputError("The picture " + quoted(path) + " is cut off or damaged (" + error.what() +
+                    ").");
+}
+
 }  // namespace
 
 struct ExrReader::State {
@@ -62,6 +75,7 @@ struct ExrReader::State {
     window = input->header().dataWindow();
     require_size();
     require_channels();
+    plan_stored_rows();
   }
 
   void require_size() const {
@@ -102,10 +116,63 @@ struct ExrReader::State {
   [[nodiscard]] int width() const { return window.max.x - window.min.x + 1; }
   [[nodiscard]] int height() const { return window.max.y - window.min.y + 1; }
 
+  // A stored row is the channels one after another, alphabetically, as they lie in memory here;
+  // OpenEXR would take it apart byte by byte. Other files are left to OpenEXR.
+  void plan_stored_rows() {
+    const Imf::Header& header = input->header();
+    if (std::endian::native != std::endian::little || header.hasTileDescription() ||
+        header.compression() != Imf::NO_COMPRESSION) {
+      return;
+    }
+    std::vector<std::size_t> begin(channels.size(), 0);
+    std::size_t bytes = 0;
+    for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+      const Imf::Channel& channel = it.channel();
+      if (channel.xSampling != 1 || channel.ySampling != 1) return;
+      for (std::size_t c = 0; c < channels.size(); ++c) {
+        if (channels[c] != it.name()) continue;
+        if (channel.type != Imf::FLOAT) return;
+        begin[c] = bytes;
+      }
+      bytes += static_cast<std::size_t>(width()) *
+               (channel.type == Imf::HALF ? sizeof(std::uint16_t) : sizeof(float));
+    }
+    if (bytes > std::numeric_limits<int>::max()) return;
+    channel_begin = std::move(begin);
+    stored_row.resize(bytes);
+  }
+
+  void read_stored_row(int row, float* out) {
+    int size = static_cast<int>(stored_row.size());
+    input->rawPixelDataToBuffer(window.min.y + row, stored_row.data(), size);
+    if (size != static_cast<int>(stored_row.size())) throw Iex::InputExc("A row is too short");
+    const std::size_t n = channels.size();
+    const auto across = static_cast<std::size_t>(width());
+    const auto sample = [&](std::size_t c, std::size_t x) {
+      float value = 0;
+      std::memcpy(&value, stored_row.data() + channel_begin[c] + x * sizeof(float), sizeof(float));
+      return value;
+    };
+    if (n == 3) {
+      for (std::size_t x = 0; x < across; ++x, out += 3) {
+        out[0] = sample(0, x);
+        out[1] = sample(1, x);
+        out[2] = sample(2, x);
+      }
+      return;
+    }
+    for (std::size_t c = 0; c < n; ++c) {
+      for (std::size_t x = 0; x < across; ++x) out[x * n + c] = sample(c, x);
+    }
+  }
+
   std::filesystem::path path;
   std::vector<std::string> channels;
   std::unique_ptr<Imf::InputFile> input;
   IMATH_NAMESPACE::Box2i window;
+  // Of files whose rows are stored: where each channel begins, and one row [bytes].
+  std::vector<std::size_t> channel_begin;
+  std::vector<char> stored_row;
 };
 
 ExrReader::ExrReader(const std::filesystem::path& path, const std::vector<std::string>& channels)
@@ -150,6 +217,17 @@ void ExrReader::read(int first_row, int n_rows, std::span<float> out) {
   CHECK(first_row >= 0 && n_rows >= 0 && n_rows <= state_->height() - first_row &&
         out.size() == row_samples * static_cast<std::size_t>(n_rows));
   if (n_rows == 0) return;
+  if (!state_->stored_row.empty()) {
+    try {
+      for (int y = 0; y < n_rows; ++y) {
+        state_->read_stored_row(first_row + y,
+                                out.data() + row_samples * static_cast<std::size_t>(y));
+      }
+    } catch (const std::exception& error) {
+      throw cut_off(state_->path, error);
+    }
+    return;
+  }
   Imf::FrameBuffer frame;
   const std::size_t x_stride = state_->channels.size() * sizeof(float);
   const IMATH_NAMESPACE::V2i origin(state_->window.min.x, state_->window.min.y + first_row);
@@ -162,8 +240,7 @@ void ExrReader::read(int first_row, int n_rows, std::span<float> out) {
     state_->input->setFrameBuffer(frame);
     state_->input->readPixels(origin.y, origin.y + n_rows - 1);
   } catch (const std::exception& error) {
-    throw InputError("The picture " + quoted(state_->path) + " is cut off or damaged (" +
-                     error.what() + ").");
+    throw cut_off(state_->path, error);
   }
 }
 

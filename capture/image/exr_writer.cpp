@@ -1,5 +1,10 @@
 #include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -11,6 +16,7 @@
 #include <OpenEXR/ImfThreading.h>
 
 #include "capture/image/exr_file.h"
+#include "capture/store/sha256.h"
 #include "core/base/check.h"
 #include "core/base/error.h"
 
@@ -33,16 +39,61 @@ class PartStream final : public Imf::OStream {
       error_ = error;
       file_.throw_write_error(error);
     }
+    follow(bytes);
     position_ += static_cast<std::uint64_t>(n);
   }
   std::uint64_t tellp() override { return position_; }
   void seekp(std::uint64_t position) override { position_ = position; }
   [[nodiscard]] int error() const { return error_; }
 
+  // The hash of a file whose rows are stored, made as it is written. Only the table of where each
+  // row begins is written last, and of stored rows it is known before: what was said here is
+  // compared with what comes.
+  void foresee_table(int n_rows, std::size_t row_bytes) {
+    const std::size_t table_bytes = static_cast<std::size_t>(n_rows) * sizeof(std::uint64_t);
+    if (head_.size() != position_ || head_.size() < table_bytes) return;
+    std::uint64_t offset = head_.size();
+    for (std::size_t at = head_.size() - table_bytes; at < head_.size(); at += sizeof offset) {
+      for (std::size_t i = 0; i < sizeof offset; ++i) {
+        head_[at + i] = static_cast<std::byte>(offset >> (8 * i) & 0xff);
+      }
+      offset += kRowHeadBytes + row_bytes;
+    }
+    hash_.emplace();
+    hash_->add(head_);
+    hashed_ = head_.size();
+  }
+  // Nothing when the file was not written as foreseen.
+  [[nodiscard]] std::optional<std::string> hash() {
+    if (!hash_ || hashed_ < head_.size()) return std::nullopt;
+    return hash_->hex();
+  }
+
  private:
+  static constexpr std::size_t kRowHeadBytes = 8;  // its number and its size
+
+  void follow(std::span<const std::byte> bytes) {
+    if (!hash_) {
+      if (position_ == head_.size()) head_.insert(head_.end(), bytes.begin(), bytes.end());
+      return;
+    }
+    if (position_ == hashed_) {
+      hash_->add(bytes);
+      hashed_ += bytes.size();
+    } else if (position_ + bytes.size() > head_.size() ||
+               !std::equal(bytes.begin(), bytes.end(),
+                           head_.begin() + static_cast<std::ptrdiff_t>(position_))) {
+      hash_.reset();
+      head_.clear();
+    }
+  }
+
   const PartFile& file_;
   std::uint64_t position_ = 0;
   int error_ = 0;
+  std::vector<std::byte> head_;  // up to the first row, the table as foreseen
+  std::optional<Sha256> hash_;
+  std::uint64_t hashed_ = 0;
 };
 
 Imf::Header make_header(int width_px, int height_px, const std::vector<std::string>& channels,
@@ -86,6 +137,9 @@ struct FloatImageWriter::State {
       output =
           std::make_unique<Imf::OutputFile>(stream, make_header(width, height, channels, options));
     });
+    if (options.compression == ExrCompression::kNone) {
+      stream.foresee_table(height, row_samples() * sizeof(float));
+    }
     band.resize(row_samples() * static_cast<std::size_t>(std::min(kBandRows, height)));
   }
 
@@ -107,35 +161,46 @@ struct FloatImageWriter::State {
     }
   }
 
-  void flush() {
-    if (n_in_band == 0) return;
+  void write(const float* samples, int n_rows) {
+    if (n_rows == 0) return;
     Imf::FrameBuffer frame;
     const std::size_t x_stride = channels.size() * sizeof(float);
     const std::size_t y_stride = x_stride * static_cast<std::size_t>(width);
+    // OpenEXR wants to be able to write where it only reads.
+    auto* const at = const_cast<float*>(samples);
     for (std::size_t c = 0; c < channels.size(); ++c) {
-      // Slices are addressed from row 0 of the picture, which lies before the band.
+      // Slices are addressed from row 0 of the picture, which lies before these.
       frame.insert(channels[c],
-                   Imf::Slice::Make(Imf::FLOAT, band.data() + c, IMATH_NAMESPACE::V2i(0, n_written),
-                                    width, n_in_band, x_stride, y_stride));
+                   Imf::Slice::Make(Imf::FLOAT, at + c, IMATH_NAMESPACE::V2i(0, n_written), width,
+                                    n_rows, x_stride, y_stride));
     }
     run([&] {
       output->setFrameBuffer(frame);
-      output->writePixels(n_in_band);
+      output->writePixels(n_rows);
     });
-    n_written += n_in_band;
+    n_written += n_rows;
+  }
+
+  void flush() {
+    write(band.data(), n_in_band);
     n_in_band = 0;
   }
 
   void add(std::span<const float> samples) {
+    const std::size_t whole = static_cast<std::size_t>(kBandRows) * row_samples();
     while (!samples.empty()) {
-      const auto room = static_cast<std::size_t>(kBandRows - n_in_band) * row_samples();
-      const auto n = std::min(room, samples.size());
-      std::copy_n(samples.begin(), n,
-                  band.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(n_in_band) *
-                                                             row_samples()));
-      n_in_band += static_cast<int>(n / row_samples());
+      std::size_t n = 0;
+      if (n_in_band == 0 && samples.size() >= whole) {
+        n = whole;
+        write(samples.data(), kBandRows);
+      } else {
+        const std::size_t there = static_cast<std::size_t>(n_in_band) * row_samples();
+        n = std::min(whole - there, samples.size());
+        std::copy_n(samples.begin(), n, band.begin() + static_cast<std::ptrdiff_t>(there));
+        n_in_band += static_cast<int>(n / row_samples());
+        if (n_in_band == kBandRows) flush();
+      }
       samples = samples.subspan(n);
-      if (n_in_band == kBandRows) flush();
     }
   }
 
@@ -146,6 +211,7 @@ struct FloatImageWriter::State {
   std::unique_ptr<Imf::OutputFile> output;
   std::vector<float> band;
   int n_in_band = 0, n_written = 0;
+  std::optional<std::string> sha256;
 };
 
 FloatImageWriter::FloatImageWriter(const std::filesystem::path& path, int width_px, int height_px,
@@ -173,6 +239,12 @@ void FloatImageWriter::finish() {
   state_->output.reset();
   if (state_->stream.error() != 0) state_->file.throw_write_error(state_->stream.error());
   state_->file.publish();
+  state_->sha256 = state_->stream.hash();
+}
+
+std::string FloatImageWriter::sha256() const {
+  CHECK(state_ && state_->output == nullptr);
+  return state_->sha256 ? *state_->sha256 : sha256_of_file(state_->file.final_path());
 }
 
 }  // namespace reseau

@@ -165,6 +165,7 @@ void PictureWriter::end() {
   State& s = *state_;
   CHECK(s.exr != nullptr);
   s.exr->finish();
+  s.result.exr_sha256 = s.exr->sha256();
   s.result.luminance_p995 = s.histogram.percentile(kWhitePercentile);
   s.result.exposure = s.options.exposure.value_or(automatic_exposure(s.result.luminance_p995));
   if (s.tiff || s.png) s.write_views();

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "capture/image/exr_file.h"
 #include "capture/image/view_encoding.h"
@@ -27,6 +28,7 @@ struct PictureOptions {
 };
 
 struct PictureResult {
+  std::string exr_sha256;
   int width_px = 0, height_px = 0;
   double exposure = 1;        // of the view copies
   double luminance_p995 = 0;  // of the picture, linear

@@ -279,10 +279,13 @@ ordered_json receipt_to_json(const Receipt& receipt) {
   add_development(object, receipt);
   ordered_json files = ordered_json::array();
   for (const ReceiptFile& file : receipt.files) {
-    files.push_back({{"role", file.role},
-                     {"name", file.path.filename().string()},
-                     {"bytes", std::filesystem::file_size(file.path)},
-                     {"sha256", sha256_of_file(file.path)}});
+    const bool known =
+        file.role == "reconstruction" && receipt.development && receipt.development->picture;
+    files.push_back(
+        {{"role", file.role},
+         {"name", file.path.filename().string()},
+         {"bytes", std::filesystem::file_size(file.path)},
+         {"sha256", known ? receipt.development->picture->exr_sha256 : sha256_of_file(file.path)}});
   }
   object["files"] = files;
   object["notes"] = receipt.notes;

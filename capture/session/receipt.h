@@ -43,7 +43,7 @@ struct Receipt {
   DevelopOptions settings;
   std::string quality = "standard";
   std::optional<Development> development;  // absent when nobody asked for a picture
-  std::vector<ReceiptFile> files;          // hashed when the receipt is made
+  std::vector<ReceiptFile> files;          // hashed when it is made, unless known
   std::vector<std::string> notes;
 };
 

@@ -13,8 +13,9 @@
 namespace reseau {
 namespace {
 
-// Enough rows to keep all cores busy, few enough to stay small: 2 x 15 MB of a frame 5000 px wide.
-constexpr int kBandRows = 256;
+// Enough rows to keep all cores busy, few enough to stay in the caches: 2 x 4 MB of a frame 5000 px
+// wide.
+constexpr int kBandRows = 64;
 
 class Stopwatch {
  public:
@@ -39,6 +40,7 @@ void make_neutral(const NeutralArea& area, ExrReader& reader, const Matrix3& pro
   std::vector<float> rows;
   for (int y = 0; y < height; y += kBandRows) {
     const int n_rows = std::min(kBandRows, height - y);
+    if (!mean.wants(y, n_rows)) continue;
     rows.resize(static_cast<std::size_t>(width) * 3 * static_cast<std::size_t>(n_rows));
     reader.read(y, n_rows, rows);
     mean.rows(y, n_rows, rows);

@@ -1,12 +1,21 @@
 #include "capture/image/exr_file.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfOutputFile.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "capture/store/sha256.h"
 #include "core/base/error.h"
 #include "tests/support/temp_dir.h"
 
@@ -153,6 +162,94 @@ TEST(ExrFile, SaysWhatIsWrong) {
   EXPECT_THAT(input_error(dir / "cut.exr", {"u"}), HasSubstr("damaged"));
   write_bytes(dir / "head.exr", whole.substr(0, 60));
   EXPECT_THAT(input_error(dir / "head.exr", {"u"}), HasSubstr("damaged"));
+}
+
+TEST(ExrFile, TellsItsHashWithoutReadingItselfAgain) {
+  const TempDir dir;
+  const auto samples = awkward(33 * 200 * 3);
+  for (const auto compression : {ExrCompression::kNone, ExrCompression::kSmall}) {
+    for (const int rows_at_once : {1, 63, 64, 200}) {
+      ExrOptions options;
+      options.compression = compression;
+      options.existing = Existing::kReplace;
+      options.attributes = {{"reseau.source", "x"}};
+      FloatImageWriter writer(dir / "a.exr", 33, 200, {"R", "G", "B"}, options);
+      for (int y = 0; y < 200; y += rows_at_once) {
+        const int n = std::min(rows_at_once, 200 - y);
+        writer.rows(y, n,
+                    std::span(samples).subspan(static_cast<std::size_t>(y) * 99,
+                                               static_cast<std::size_t>(n) * 99));
+      }
+      writer.finish();
+      EXPECT_EQ(writer.sha256(), sha256_of_file(dir / "a.exr")) << rows_at_once;
+      if (compression == ExrCompression::kNone) {
+        // Of stored rows it was known before: the file can be gone.
+        std::filesystem::remove(dir / "a.exr");
+        EXPECT_EQ(writer.sha256().size(), 64U);
+      }
+    }
+  }
+}
+
+// As other programs write them: among the channels are half floats, whole numbers, and one at a
+// lower resolution; the picture does not begin at (0, 0); rows from the bottom up.
+TEST(ExrFile, ReadsStoredPicturesOfOtherPrograms) {
+  using IMATH_NAMESPACE::Box2i;
+  using IMATH_NAMESPACE::V2i;
+  const TempDir dir;
+  constexpr int kWidth = 12, kHeight = 30, kLeft = -3, kTop = 7;
+  const auto expected = [](std::size_t c, int x, int y) {
+    return static_cast<float>(c + 1) * 100 + static_cast<float>(x) + static_cast<float>(y) / 64;
+  };
+  for (const bool sparse : {false, true}) {
+    for (const auto order : {Imf::INCREASING_Y, Imf::DECREASING_Y}) {
+      const V2i from(kLeft, kTop), to(kLeft + kWidth - 1, kTop + kHeight - 1);
+      Imf::Header header(Box2i(V2i(0, 0), V2i(99, 99)), Box2i(from, to), 1,
+                         IMATH_NAMESPACE::V2f(0, 0), 1, order, Imf::NO_COMPRESSION);
+      std::vector<float> planes(3 * kWidth * kHeight);
+      std::vector<std::uint16_t> half(kWidth * kHeight, 0x3C00);
+      std::vector<std::uint32_t> id(kWidth * kHeight, 77);
+      Imf::FrameBuffer frame;
+      const std::array<const char*, 3> names{"R", "G", "B"};
+      for (std::size_t c = 0; c < 3; ++c) {
+        float* plane = planes.data() + c * kWidth * kHeight;
+        for (int y = 0; y < kHeight; ++y) {
+          for (int x = 0; x < kWidth; ++x) plane[y * kWidth + x] = expected(c, x, y);
+        }
+        header.channels().insert(names[c], Imf::Channel(Imf::FLOAT));
+        frame.insert(names[c], Imf::Slice::Make(Imf::FLOAT, plane, Box2i(from, to)));
+      }
+      header.channels().insert("A", Imf::Channel(Imf::HALF));
+      frame.insert("A", Imf::Slice::Make(Imf::HALF, half.data(), Box2i(from, to)));
+      header.channels().insert("Id", Imf::Channel(Imf::UINT));
+      frame.insert("Id", Imf::Slice::Make(Imf::UINT, id.data(), Box2i(from, to)));
+      std::vector<float> low(kWidth * kHeight, 5);
+      if (sparse) {
+        // Sampled every third column; the window begins and ends on one.
+        header.channels().insert("Z", Imf::Channel(Imf::FLOAT, 3, 1));
+        frame.insert("Z", Imf::Slice::Make(Imf::FLOAT, low.data(), Box2i(from, to), 0, 0, 3, 1));
+      }
+      {
+        Imf::OutputFile file((dir / "x.exr").c_str(), header);
+        file.setFrameBuffer(frame);
+        file.writePixels(kHeight);
+      }
+      ExrReader reader(dir / "x.exr");
+      ASSERT_EQ(reader.width_px(), kWidth);
+      std::vector<float> rows(kWidth * 3 * 4);
+      for (const int y : {20, 0, 26}) {
+        reader.read(y, 4, rows);
+        for (int i = 0; i < 4; ++i) {
+          for (int x = 0; x < kWidth; ++x) {
+            for (std::size_t c = 0; c < 3; ++c) {
+              EXPECT_EQ(rows[static_cast<std::size_t>(i * kWidth + x) * 3 + c],
+                        expected(c, x, y + i));
+            }
+          }
+        }
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 namespace reseau {
 namespace {
 
-constexpr int kWidth = 61, kHeight = 600;  // three bands of the recolouring, the last one short
+constexpr int kWidth = 61, kHeight = 600;  // many bands of the recolouring, the last one short
 
 std::vector<float> process_pixels() {
   std::mt19937 random(5);
