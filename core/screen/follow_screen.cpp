@@ -79,8 +79,12 @@ class Follower {
     block_.rows = std::max(1, side_px / cells.size().lines);
     const double area = static_cast<double>(cells.width_px()) * cells.height_px();
     finest_px_ = small_ ? 20 : std::max(area > 20e6 ? 64.0 : 40.0, 1.25 * side_px);
-    strip_ = {8 * block_.columns, 1, 0};
-    tall_strip_ = {2, 8 * block_.rows, 0};
+    // At least four strips across, or none could vouch for the others.
+    const auto strip_cells = [&](int extent_px, int cell_px) {
+      return std::clamp(extent_px / 4 / cell_px / 2 * 2, std::max(2, 64 / cell_px), 256 / cell_px);
+    };
+    strip_ = {strip_cells(cells.width_px(), cells.size().width * cells.keep_every()), 1, 0};
+    tall_strip_ = {1, strip_cells(cells.height_px(), cells.size().lines), 0};
   }
 
   FollowedScreen run() {
@@ -162,6 +166,12 @@ class Follower {
     return true;
   }
 
+  [[nodiscard]] double strip_length_px(LineError::Axis axis) const {
+    return axis == LineError::Axis::kLines
+               ? static_cast<double>(strip_.columns) * cells_.keep_every() * cells_.size().width
+               : static_cast<double>(tall_strip_.rows) * cells_.size().lines;
+  }
+
   // An error of the line under the film as coarse splines describe it, or more of the error that is
   // known already.
   [[nodiscard]] LineFit look_for_lines(const ScreenMap& seen_under, const std::vector<Vec2>& screen,
@@ -181,9 +191,10 @@ class Follower {
     if (!coarse.usable) return result;
     for (const LineError::Axis axis : {LineError::Axis::kLines, LineError::Axis::kColumns}) {
       const bool lines = axis == LineError::Axis::kLines;
-      const LineFit found = fit_line_error(line_samples(strips_along(axis), coarse.map), axis,
-                                           lines ? cells_.height_px() : cells_.width_px(),
-                                           lines ? cells_.size().lines : cells_.size().width);
+      const LineFit found =
+          fit_line_error(line_samples(strips_along(axis), coarse.map), axis, strip_length_px(axis),
+                         lines ? cells_.height_px() : cells_.width_px(),
+                         lines ? cells_.size().lines : cells_.size().width);
       if (!found.error.none() && found.gain > result.gain) result = found;
     }
     return result;

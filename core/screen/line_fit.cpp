@@ -10,9 +10,6 @@
 namespace reseau {
 namespace {
 
-// Strips of this width share a fold [px]; wide enough that what the picture does to one strip does
-// not show in its neighbour of the other fold.
-constexpr double kFoldPx = 192;
 // An error is believed where left-out strips gain so much [nats each]; a variance lower by a fifth.
 constexpr double kLeastGain = 0.10;
 constexpr double kLeastAmplitudePx = 0.008;
@@ -135,7 +132,7 @@ std::vector<double> fit_spline(const std::vector<Strip>& strips, int without_fol
 }
 
 std::vector<Strip> strips_of(const std::vector<LineSample>& samples, LineError::Axis axis,
-                             bool along_x) {
+                             double strip_px, bool along_x) {
   std::vector<Strip> strips;
   constexpr double kMostInfo = 1 / (0.004 * 0.004);  // the picture errs by as much
   for (const LineSample& sample : samples) {
@@ -144,7 +141,7 @@ std::vector<Strip> strips_of(const std::vector<LineSample>& samples, LineError::
     strips.push_back({columns ? sample.p_in_scan.x : sample.p_in_scan.y,
                       along_x ? sample.off_px.x : sample.off_px.y,
                       std::min(along_x ? sample.info_x : sample.info_y, kMostInfo),
-                      static_cast<int>(std::floor(across / kFoldPx)) & 1});
+                      static_cast<int>(std::floor((across + 0.5) / strip_px)) & 1});
   }
   return strips;
 }
@@ -188,9 +185,10 @@ Trial try_spacing(const std::vector<Strip>& strips, double extent, double spacin
 }  // namespace
 
 LineFit fit_line_error(const std::vector<LineSample>& samples, LineError::Axis axis,
-                       double extent_px, double finest_px) {
+                       double strip_px, double extent_px, double finest_px) {
   LineFit best;
-  const std::vector<Strip> x = strips_of(samples, axis, true), y = strips_of(samples, axis, false);
+  const std::vector<Strip> x = strips_of(samples, axis, strip_px, true),
+                           y = strips_of(samples, axis, strip_px, false);
   double best_spacing = 0, best_gain = 0;
   for (double spacing = 32 * finest_px; spacing >= finest_px; spacing /= 2) {
     if (spacing > extent_px / 2) continue;
@@ -223,9 +221,9 @@ LineError improve_line_error(const std::vector<LineSample>& samples, const LineE
   LineError better = known;
   const double extent = (static_cast<double>(known.coefficients.size()) - 3) * known.spacing_px;
   const std::vector<double> x =
-      fit_spline(strips_of(samples, known.axis, true), -1, extent, known.spacing_px);
+      fit_spline(strips_of(samples, known.axis, extent, true), -1, extent, known.spacing_px);
   const std::vector<double> y =
-      fit_spline(strips_of(samples, known.axis, false), -1, extent, known.spacing_px);
+      fit_spline(strips_of(samples, known.axis, extent, false), -1, extent, known.spacing_px);
   for (std::size_t i = 0; i < better.coefficients.size() && i < x.size(); ++i)
     better.coefficients[i] = better.coefficients[i] + Vec2{x[i], y[i]};
   return better;

@@ -21,11 +21,12 @@ struct LineFit {
   double sd_px = 0;   // of the error's own uncertainty, rms over the lines
 };
 
-// Tries errors that depend on the line (axis kLines) from stiff to loose. Strips of one half of the
-// columns must predict those of the other half clearly better than no error does, and do so on both
-// halves, or there is none. extent_px: of the scan along the axis. Deterministic.
+// Tries errors that depend on the line (axis kLines) from stiff to loose. Every other strip must
+// predict those between clearly better than no error does, and the other way round, or there is
+// none. strip_px: length of a strip, across the axis; strips lie side by side from 0. extent_px: of
+// the scan along the axis. Deterministic.
 [[nodiscard]] LineFit fit_line_error(const std::vector<LineSample>& strips, LineError::Axis axis,
-                                     double extent_px, double finest_px);
+                                     double strip_px, double extent_px, double finest_px);
 
 // Fits once more with the spacing of `known`, adding to it.
 [[nodiscard]] LineError improve_line_error(const std::vector<LineSample>& strips,
