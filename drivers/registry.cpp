@@ -11,7 +11,14 @@
 #include "core/base/error.h"
 #include "drivers/coolscan/coolscan.h"
 #include "drivers/coolscan/models.h"
+#include "drivers/coolscan/unstick.h"
+#include "drivers/fault_sg.h"
 #include "drivers/scsi/cdb.h"
+#include "drivers/scsi/scsi_as_usb.h"
+#include "drivers/scsi/scsi_link.h"
+#include "drivers/scsi/sg_node.h"
+#include "drivers/scsi/sg_scsi.h"
+#include "drivers/sim/sim_spec.h"
 #include "drivers/sim/simulated_unit.h"
 #include "drivers/sim/unit_model.h"
 #include "drivers/usb/fault_transport.h"
@@ -26,18 +33,21 @@ namespace {
 
 constexpr std::string_view kUsb = "usb:";
 constexpr std::string_view kSim = "sim:";
+constexpr std::string_view kSg = "sg:";
 constexpr std::string_view kReplay = "replay:";
 
-// What stands behind a name, before anyone has sent a command.
+// What stands behind a name, before anyone has sent a command: one of the two.
 struct Link {
   std::unique_ptr<UsbTransport> usb;
+  std::unique_ptr<SgNode> sg;
   std::shared_ptr<Clock> clock;
 };
 
 [[noreturn]] void throw_unknown(const std::string& name) {
   throw InputError("There is no device called \"" + name +
-                   "\". Write usb:04b0:4002 (a unit on the bus), sim:ls5000 (the simulated one) or "
-                   "replay:FILE.pcapng (a recording); `reseau list` shows what is there.");
+                   "\". Write usb:04b0:4002 (a unit on the bus), sg:/dev/sg2 (FireWire or SCSI), "
+                   "sim:ls5000 (the simulated one) or replay:FILE.pcapng (a recording); `reseau "
+                   "list` shows what is there.");
 }
 
 std::uint16_t usb_id(const std::string& text, std::size_t at, const std::string& name) {
@@ -62,7 +72,7 @@ Link open_usb(const std::string& name) {
                      ". `reseau list` shows the scanners that it can use.");
   }
   const std::string serial = ids.size() > kIdsLength ? ids.substr(kIdsLength + 1) : std::string();
-  return {open_libusb(vendor, product, serial), std::make_shared<SystemClock>()};
+  return {open_libusb(vendor, product, serial), nullptr, std::make_shared<SystemClock>()};
 }
 
 // Takes "key=value" out of a name's query; empty when it is not there.
@@ -89,9 +99,16 @@ Link open_sim(std::string name) {
   if (!pace.empty() && pace != "real" && pace != "fast") {
     throw InputError("The pace of a simulated scanner is real or fast, not \"" + pace + "\".");
   }
-  Link link{sim::open_simulated_unit(name), nullptr};
-  if (!fault.empty()) {
-    link.usb = std::make_unique<FaultTransport>(std::move(link.usb), parse_fault(fault));
+  Link link;
+  const sim::SimSpec spec = sim::parse_sim_spec(name);
+  if (sim::is_scsi_model(spec)) {
+    link.sg = sim::open_simulated_sg(spec);
+    if (!fault.empty()) link.sg = make_fault_sg(std::move(link.sg), parse_fault(fault));
+  } else {
+    link.usb = sim::open_simulated_unit(spec);
+    if (!fault.empty()) {
+      link.usb = std::make_unique<FaultTransport>(std::move(link.usb), parse_fault(fault));
+    }
   }
   if (pace == "real") {
     link.clock = std::make_shared<SystemClock>();
@@ -110,6 +127,37 @@ std::string usb_name(const UsbDeviceInfo& unit) {
   return name;
 }
 
+// Opens what a name stands for, with recording where it is asked for.
+ScsiLink scsi_link_of(Link link, const std::string& name, const OpenOptions& options,
+                      coolscan::OpenAs& open_as) {
+  const bool is_scsi = link.sg != nullptr;
+  ScsiLink scsi;
+  if (is_scsi) scsi = sg_scsi_link(std::move(link.sg), *link.clock);
+  if (!options.record_to.empty()) {
+    // A replay has to write the bytes of this scan, its time included.
+    open_as.started_at_utc = utc_now();
+    std::unique_ptr<UsbTransport> inner = std::move(link.usb);
+    if (is_scsi) inner = std::make_unique<ScsiAsUsb>(std::move(scsi));
+    link.usb = std::make_unique<RecordingTransport>(
+        std::move(inner), *link.clock, options.record_to,
+        SessionHeader{name, open_as.started_at_utc, options.record_comment});
+  }
+  if (link.usb == nullptr) return scsi;
+  scsi = usb_scsi_link(std::move(link.usb), *link.clock);
+  if (is_scsi) as_scsi(scsi);
+  return scsi;
+}
+
+Link open_link(const std::string& name) {
+  if (name.starts_with(kUsb)) return open_usb(name);
+  if (name.starts_with(kSim)) return open_sim(name);
+  if (!name.starts_with(kSg)) throw_unknown(name);
+  Link link;
+  link.sg = open_sg_node(name.substr(kSg.size()));
+  link.clock = std::make_shared<SystemClock>();
+  return link;
+}
+
 OpenedScanner open_replay(const std::string& name, const OpenOptions& options) {
   if (!options.record_to.empty()) {
     throw InputError("A replay is a recording already; copy the file instead of recording it.");
@@ -121,8 +169,11 @@ OpenedScanner open_replay(const std::string& name, const OpenOptions& options) {
   OpenedScanner opened;
   opened.recorded_comment = header.comment;
   opened.recorded_at_utc = header.started_at_utc;
+  const bool is_scsi = replay->identity().product_id == ScsiAsUsb::kScsiProductId;
+  ScsiLink link = usb_scsi_link(std::move(replay), *clock);
+  if (is_scsi) as_scsi(link);
   opened.scanner = std::make_unique<coolscan::Coolscan>(
-      std::move(replay), clock,
+      std::move(link), clock,
       coolscan::OpenAs{header.device_name.empty() ? name : header.device_name,
                        header.started_at_utc});
   return opened;
@@ -145,9 +196,22 @@ std::vector<DeviceEntry> list_devices() {
     }
     entries.push_back(std::move(entry));
   }
-  for (const std::string_view model : sim::unit_model_names()) {
+  for (const SgDeviceInfo& unit : list_sg_scanners()) {
+    const coolscan::Model* const model = coolscan::model_by_product(unit.product);
+    if (model == nullptr) continue;
     DeviceEntry entry;
-    entry.name = std::string(kSim) + std::string(model);
+    entry.name = std::string(kSg) + unit.path;
+    entry.description = std::string(model->trade_name) + ", SCSI";
+    if (access(unit.path.c_str(), R_OK | W_OK) != 0) {
+      entry.problem =
+          "You may not use " + unit.path +
+          ". Install the udev rule 60-reseau.rules, then switch the scanner off and on.";
+    }
+    entries.push_back(std::move(entry));
+  }
+  for (const std::string& model : sim::unit_model_names()) {
+    DeviceEntry entry;
+    entry.name = std::string(kSim) + model;
     entry.description = "simulated scanner with a simulated Dufaycolor film";
     entry.simulated = true;
     entries.push_back(std::move(entry));
@@ -157,20 +221,32 @@ std::vector<DeviceEntry> list_devices() {
 
 OpenedScanner open_scanner(const std::string& name, const OpenOptions& options) {
   if (name.starts_with(kReplay)) return open_replay(name, options);
-  if (!name.starts_with(kUsb) && !name.starts_with(kSim)) throw_unknown(name);
-  Link link = name.starts_with(kUsb) ? open_usb(name) : open_sim(name);
+  Link link = open_link(name);
+  const std::shared_ptr<Clock> clock = link.clock;
   coolscan::OpenAs open_as{name, {}};
-  if (!options.record_to.empty()) {
-    // A replay has to write the bytes of this scan, its time included.
-    open_as.started_at_utc = utc_now();
-    link.usb = std::make_unique<RecordingTransport>(
-        std::move(link.usb), *link.clock, options.record_to,
-        SessionHeader{name, open_as.started_at_utc, options.record_comment});
-  }
+  ScsiLink scsi = scsi_link_of(std::move(link), name, options, open_as);
   OpenedScanner opened;
-  opened.scanner =
-      std::make_unique<coolscan::Coolscan>(std::move(link.usb), link.clock, std::move(open_as));
+  opened.scanner = std::make_unique<coolscan::Coolscan>(std::move(scsi), clock, std::move(open_as));
   return opened;
+}
+
+UnstickReport unstick_device(const std::string& name, const UnstickTalk& talk) {
+  if (name.starts_with(kReplay)) {
+    throw InputError("A recording cannot be stuck. Give the name of a scanner.");
+  }
+  Link link = open_link(name);
+  const std::shared_ptr<Clock> clock = link.clock;
+  coolscan::OpenAs open_as{name, {}};
+  const ScsiLink scsi = scsi_link_of(std::move(link), name, {}, open_as);
+  switch (coolscan::unstick(*scsi.device, *clock, talk)) {
+    case coolscan::Unstuck::kWasFine:
+      return UnstickReport::kWasFine;
+    case coolscan::Unstuck::kMended:
+      return UnstickReport::kMended;
+    case coolscan::Unstuck::kNeedsPowerSwitch:
+      break;
+  }
+  return UnstickReport::kNeedsPowerSwitch;
 }
 
 }  // namespace reseau

@@ -1,10 +1,12 @@
 // Names of devices to scanners. An explicit list, no static registration.
 //   usb:04b0:4002[:serial]   a unit on the bus
 //   sim:ls5000[?key=value&…]  a simulated unit with a simulated film (drivers/sim/README.md)
+//   sg:/dev/sg2              a FireWire or SCSI unit behind the kernel's sg driver
 //   replay:FILE.pcapng       a recorded session
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,6 +42,13 @@ struct OpenedScanner {
 // Throws InputError for a name that cannot be understood, DeviceError or std::system_error when the
 // unit cannot be opened, each a sentence that says what to do.
 [[nodiscard]] OpenedScanner open_scanner(const std::string& name, const OpenOptions& options);
+
+enum class UnstickReport { kWasFine, kMended, kNeedsPowerSwitch };
+// What was tried and what came of it, as it happens.
+using UnstickTalk = std::function<void(const std::string& tried, const std::string& result)>;
+// Gets a unit that no longer does what it is told back to work, gently first. Throws what
+// open_scanner throws when the unit cannot even be opened.
+[[nodiscard]] UnstickReport unstick_device(const std::string& name, const UnstickTalk& talk);
 
 // One thing that `reseau doctor` looked at.
 struct Finding {

@@ -50,6 +50,7 @@ std::string ScanPlan::describe() const {
   const auto n = [](int value) { return std::to_string(value); };
   std::string special;
   if (frame_offset_px != 0) special += "frame moved by: " + n(frame_offset_px) + " optical px\n";
+  if (crop_top_lines != 0) special += "crop: top " + n(crop_top_lines) + " lines\n";
   if (samples != 1) special += "samples: " + n(samples) + " per line\n";
   if (sensor_lines != 1) special += "sensor lines: " + n(sensor_lines) + "\n";
   if (overview) special += "overview: yes\n";

@@ -39,7 +39,7 @@ struct ExposureRequest {
 
 // Which lines of a sensor that has several take part.
 enum class SensorLines {
-  kAuto,  // all of them where that is faster and loses nothing
+  kAuto,  // as is known to be right on real units
   kOne,   // one: slower, no difference between neighbouring lines ("super fine")
   kAll
 };
@@ -74,7 +74,8 @@ struct ScanPlan {
   int pitch = 1;  // optical pixels per delivered pixel
   int x_origin_px = 0, y_origin_px = 0, window_width_px = 0, window_height_px = 0;
   // The unit may not crop along the line; then it delivers the whole line and the driver crops.
-  int crop_left_px = 0;  // in delivered pixels
+  int crop_left_px = 0;    // in delivered pixels
+  int crop_top_lines = 0;  // likewise lines at the head of the window that are not delivered
   int depth_bits = 16;
   bool infrared = true;
   FocusRequest focus;

@@ -33,10 +33,24 @@ Bytes mode_select_data(int units_per_inch) {
   return data;
 }
 
+Cdb short_mode_select() { return {0x15, 0x10, 0, 0, 0x0C, 0}; }
+
+Bytes short_mode_select_data(int units_per_inch) {
+  Bytes data = bytes_of({0x0B, 0, 0, 0, 0x03, 0x06, 0, 0, 0, 0, 0, 0});
+  store_be(data, 8, 2, static_cast<std::uint64_t>(units_per_inch));
+  return data;
+}
+
 Cdb set_window() { return {0x24, 0, 0, 0, 0, 0, 0, 0, kWindowBytes, kNikonControl}; }
 
 Cdb get_window(Colour colour) {
   return {0x25, 1, 0, 0, 0, static_cast<int>(colour), 0, 0, kWindowBytes, kNikonControl};
+}
+
+Cdb get_all_windows(std::size_t n_bytes) {
+  return {
+      0x25,         0, 0, 0, 0, 0, byte_of(n_bytes, 2), byte_of(n_bytes, 1), byte_of(n_bytes, 0),
+      kNikonControl};
 }
 
 Cdb scan(std::size_t n_windows) { return {0x1B, 0, 0, 0, byte_of(n_windows, 0), 0}; }
@@ -52,11 +66,14 @@ int element_code(DataType type, int bytes_per_sample) {
     case DataType::kImage:
       return bytes_per_sample == 1 ? 0 : 1;
     case DataType::kLookUpTable:
+    case DataType::kCcdCurves:
       return 1;
+    case DataType::kFrameRectangles:
     case DataType::kWhiteBalanceExposure:
     case DataType::kFrameTable:
       return 3;
     case DataType::kCooperation:
+    case DataType::kPerforations:
       return 0;
   }
   return 0;

@@ -17,14 +17,22 @@ enum class DataType : std::uint8_t {
   kImage = 0x00,
   kLookUpTable = 0x03,
   kCooperation = 0x87,
+  kFrameRectangles = 0x88,
   kWhiteBalanceExposure = 0x8C,
+  kPerforations = 0x8E,
   kFrameTable = 0x8F,
+  kCcdCurves = 0x91,
 };
 
 // Operations of SET PARAMETER, EXECUTE, GET PARAMETER.
 enum class Operation : std::uint8_t {
-  kAutofocus = 0xA0,  // X, Y address [optical px]
-  kMoveFocus = 0xC1,  // position
+  kInitialise = 0x80,  // as at power on
+  kReturnToOrigin = 0x81,
+  kAutofocus = 0xA0,    // X, Y address [optical px]
+  kUnloadTimer = 0xB4,  // seconds, on or off
+  kMoveFocus = 0xC1,    // position
+  kUnload = 0xD0,
+  kLoad = 0xD1,
 };
 
 // Two values of a parameter block.
@@ -52,9 +60,14 @@ inline constexpr std::size_t kWindowBytes = 58;    // header 8, descriptor 50
 // Sets how many units of a window make an inch; only 1200 and the maximum resolution are taken.
 [[nodiscard]] Cdb mode_select();
 [[nodiscard]] Bytes mode_select_data(int units_per_inch);
+// The short form, without a block descriptor.
+[[nodiscard]] Cdb short_mode_select();
+[[nodiscard]] Bytes short_mode_select_data(int units_per_inch);
 
 [[nodiscard]] Cdb set_window();
 [[nodiscard]] Cdb get_window(Colour colour);
+// All windows; n_bytes as their length field says, 8 at first.
+[[nodiscard]] Cdb get_all_windows(std::size_t n_bytes);
 [[nodiscard]] Cdb scan(std::size_t n_windows);
 [[nodiscard]] Bytes scan_data(const std::vector<Colour>& colours);
 

@@ -7,6 +7,7 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "drivers/coolscan/frame_finder.h"
 #include "drivers/coolscan/metering_pass.h"
 #include "drivers/coolscan/models.h"
 #include "drivers/coolscan/window.h"
@@ -21,16 +22,17 @@ constexpr Duration kColdStart = 180s;
 // 7 s on an LS-50, 26 s on an LS-5000.
 constexpr Duration kFocusTimeout = 180s;
 constexpr int kMaxMeterPasses = 6;
+// 14 to 57 s were seen.
+constexpr Duration kEjectTimeout = 180s;
 
 constexpr std::array kColours = {Colour::kRed, Colour::kGreen, Colour::kBlue, Colour::kInfrared};
 
 }  // namespace
 
-Coolscan::Coolscan(std::unique_ptr<UsbTransport> usb, std::shared_ptr<Clock> clock, OpenAs open_as)
+Coolscan::Coolscan(ScsiLink link, std::shared_ptr<Clock> clock, OpenAs open_as)
     : clock_(std::move(clock)),
-      usb_(std::move(usb)),
-      scsi_(*usb_, *clock_),
-      unit_(scsi_, *clock_),
+      link_(std::move(link)),
+      unit_(*link_.device, *clock_),
       open_as_(std::move(open_as)) {
   unit_.annotate("open");
   description_.inquiry = parse_standard_inquiry(unit_.read_inquiry());
@@ -42,11 +44,16 @@ Coolscan::Coolscan(std::unique_ptr<UsbTransport> usb, std::shared_ptr<Clock> clo
                       "INQUIRY");
   }
   description_.infrared = model->infrared;
-  description_.serial = usb_->identity().serial;
-  description_.link = max_packet_bytes() >= 512 ? "USB, high speed" : "USB, full speed";
+  description_.errata = model->errata;
+  unit_.apply(model->errata);
+  description_.serial = link_.serial;
+  description_.link = link_.description;
   read_film_state();
   unit_.reserve();
-  unit_.set_units_per_inch(description_.addresses.max_dpi);
+  if (description_.addresses.max_dpi > 0) {
+    unit_.set_units_per_inch(description_.addresses.max_dpi);
+  }
+  read_curves();
 }
 
 Coolscan::~Coolscan() {
@@ -70,18 +77,53 @@ void Coolscan::read_film_state() {
 void Coolscan::describe_unit() {
   const std::vector<std::uint8_t> pages =
       parse_page_list(unit_.read_page(kPageList).value_or(Bytes{}));
+  const auto listed = [&](std::uint8_t code) {
+    return std::find(pages.begin(), pages.end(), code) != pages.end();
+  };
   const auto page = [&](std::uint8_t code) -> Bytes {
-    if (std::find(pages.begin(), pages.end(), code) == pages.end()) return {};
+    // A unit of the first generation may have no list.
+    if (!listed(code) && !(pages.empty() && code == kAddresses)) return {};
     return unit_.read_page(code).value_or(Bytes{});
   };
   description_.addresses = parse_addresses(page(kAddresses));
   description_.windows = parse_window_abilities(page(kWindowAbilities));
   description_.duties = parse_duties(page(kDuties));
+  if (description_.errata.only_addresses) {
+    // Without page E1: focus by point and by number, eject.
+    description_.duties.operations = {0x03, 0, 0x01, 0, 0x03, 0x01, 0, 0};
+    description_.windows.interleavings = static_cast<std::uint8_t>(Interleaving::kLine);
+  }
+  const AddressPage& a = description_.addresses;
   description_.adapter = parse_name_page(page(kAdapterName));
-  description_.frame_tops_px.clear();
+  const auto holder_page = static_cast<std::uint8_t>(a.holder_id);
+  if (listed(holder_page) && holder_page >= 0x10) {
+    const std::string holder = parse_name_page(page(holder_page));
+    if (!holder.empty()) description_.adapter += (description_.adapter.empty() ? "" : " ") + holder;
+  }
+  unit_.bound({a.max_width_px, a.x_end_px(), a.y_origin_min_px,
+               a.y_origin_max_px > 0 ? a.y_origin_max_px + 1 : 0, a.focus_min, a.focus_max});
+
+  description_.holder =
+      a.has_frame_page ? parse_frame_page(page(kFrames)) : std::vector<FrameRectangle>{};
+  description_.strip.clear();
+  description_.frames_found = false;
   if (description_.film_present && description_.duties.frame_table) {
     const std::optional<Bytes> table = unit_.read_data(DataType::kFrameTable, Colour::kRed);
-    if (table) description_.frame_tops_px = parse_frame_table(*table);
+    if (table) description_.strip = parse_frame_table(*table);
+  }
+  table_in_unit_ = description_.strip;
+}
+
+void Coolscan::read_curves() {
+  if (!description_.duties.ccd_curves) return;
+  // An LS-9000 answers this page although its list does not name it.
+  const std::optional<CurvePage> page =
+      parse_curve_page(unit_.read_page(kCurves).value_or(Bytes{}));
+  if (!page) return;
+  const int lines = sensor_lines(description_.addresses, description_.windows);
+  for (std::size_t i = 0; i < kColours.size(); ++i) {
+    const std::optional<Bytes> data = unit_.read_data(DataType::kCcdCurves, kColours[i]);
+    if (data) curves_[i] = CcdCurves::parse(*data, *page, lines);
   }
 }
 
@@ -130,6 +172,12 @@ bool Coolscan::prepare(const ScanPlan& plan, ScanObserver& observer, const std::
   context_.holder = capabilities_.adapter;
   context_.started_at_utc = open_as_.started_at_utc.empty() ? utc_now() : open_as_.started_at_utc;
 
+  constexpr int kStripHolder = 0x15;
+  const std::string_view warning = description_.errata.frame_warning;
+  if (!warning.empty() && description_.addresses.holder_id == kStripHolder) {
+    observer.note(std::string(warning));
+  }
+  send_frames(plan);
   send_tables(plan.infrared);
   if (stop.stop_requested()) return false;
   focus(plan, observer);
@@ -140,8 +188,102 @@ bool Coolscan::prepare(const ScanPlan& plan, ScanObserver& observer, const std::
   enter(observer, ScanPhase::kScan, "scan");
   format_ = plan.format;
   next_line_ = 0;
-  pass_.emplace(unit_, pass_of(plan, *exposures), max_packet_bytes());
+  overview_ = plan.overview;
+  overview_samples_.clear();
+  pass_.emplace(unit_, pass_of(plan, description_.addresses, *exposures), pass_rules(), curves_);
   return true;
+}
+
+PassRules Coolscan::pass_rules() const {
+  return {link_.packet_bytes, !description_.errata.odd_colours,
+          link_.packet_bytes > 0 || description_.addresses.whole_lines};
+}
+
+void Coolscan::send_frames(const ScanPlan& plan) {
+  if (plan.overview) return;
+  const DutyPage& duties = description_.duties;
+  const auto index = static_cast<std::size_t>(plan.frame - 1);
+  if (duties.set_frame_table && index < description_.strip.size()) {
+    std::vector<FrameRecord> table = description_.strip;
+    if (plan.frame_offset_px != 0) {
+      table[index] = moved_on_film(description_, table[index], plan.frame_offset_px);
+    }
+    if (table == table_in_unit_) return;
+    unit_.annotate("frames");
+    unit_.send_data(DataType::kFrameTable, Colour::kDefault, frame_table_data(table));
+    table_in_unit_ = std::move(table);
+  } else if (duties.frame_rectangles) {
+    // Without it every window would let the stage go home first.
+    std::vector<FrameRectangle> frames = frames_of(description_);
+    frames.at(index).top_px += plan.frame_offset_px;
+    unit_.annotate("frames");
+    unit_.send_data(DataType::kFrameRectangles, Colour::kDefault, frame_rectangle_data(frames));
+  }
+}
+
+void Coolscan::finish_overview() {
+  overview_ = false;
+  const AddressPage& a = description_.addresses;
+  const bool strip = a.film_addresses && description_.duties.set_frame_table;
+  const auto width = static_cast<std::size_t>(format_.width_px);
+  const std::vector<std::uint16_t> samples = std::exchange(overview_samples_, {});
+  // The unit has something to say: it counted the frames.
+  unit_.wait_ready(kColdStart);
+  if (unit_.take_attention()) read_film_state();
+  if (!strip || width == 0) return;
+
+  const Overview overview{samples, format_.width_px,
+                          static_cast<int>(samples.size() / (3 * width))};
+  const double line_px = a.max_dpi / format_.y_dpi;
+  const std::vector<FoundFrame> found =
+      find_frames(overview, a.max_height_px / line_px, capabilities_.n_frames);
+  const std::optional<Bytes> counts =
+      description_.duties.perforations ? unit_.read_data(DataType::kPerforations, Colour::kDefault)
+                                       : std::nullopt;
+  const std::optional<std::vector<int>> places =
+      counts ? parse_perforations(*counts, a.max_dpi) : std::nullopt;
+  std::vector<FrameRecord> table;
+  bool any = false;
+  for (const FoundFrame& frame : found) {
+    double top_px = frame.top_line * line_px;
+    const auto line = static_cast<std::size_t>(std::max(frame.top_line, 0.0));
+    if (places && line < places->size()) {
+      top_px = (*places)[line] + (frame.top_line - std::floor(frame.top_line)) * line_px;
+    }
+    table.push_back(moved_on_film(description_, {}, static_cast<int>(std::lround(top_px))));
+    any = any || frame.on_the_film;
+  }
+  if (!any) return;
+  description_.strip = std::move(table);
+  description_.frames_found = true;
+  description_.addresses.frames_present = static_cast<int>(description_.strip.size());
+  capabilities_ = capabilities_of(description_);
+}
+
+void Coolscan::eject(ScanObserver& observer) {
+  CHECK(!pass_);
+  if (!capabilities_.can_eject) return Scanner::eject(observer);
+  enter(observer, ScanPhase::kLoad, "ejecting the film");
+  // Accepted before it happens, and never to be sent twice.
+  const bool begun = unit_.begin(Operation::kUnload, {});
+  if (!begun || !unit_.wait_for_film(false, kEjectTimeout)) {
+    throw DeviceError(DeviceError::Kind::kHardware,
+                      "The scanner accepted the command to eject, but the film is still in it. Do "
+                      "not pull: switch the scanner off, wait ten seconds and switch it on again.",
+                      "D0: film still present");
+  }
+  read_film_state();
+}
+
+void Coolscan::load(ScanObserver& observer) {
+  CHECK(!pass_);
+  if (!capabilities_.can_load) return Scanner::load(observer);
+  enter(observer, ScanPhase::kLoad, "loading film");
+  (void)unit_.begin(Operation::kLoad, {});
+  if (!unit_.wait_for_film(true, kEjectTimeout)) {
+    throw sense_error(unit_.last_sense(), test_unit_ready().describe());
+  }
+  read_film_state();
 }
 
 void Coolscan::send_tables(bool infrared) {
@@ -197,10 +339,14 @@ std::optional<Exposures> Coolscan::settle_exposures(const ScanPlan& plan, ScanOb
   // What GET WINDOW returns is the last scan's: repeated metering would multiply.
   Exposures exposures = white_balance();
   if (plan.exposure.mode == ExposureRequest::Mode::kMeter) {
-    Metering metering(exposures, {windows.exposure_min_10ns, windows.exposure_max_10ns});
-    if (!meter(plan, metering, observer, stop)) return std::nullopt;
+    Metering metering(exposures, {windows.exposure_min_10ns, windows.exposure_max_10ns},
+                      plan.exposure.lock);
+    // An overview is taken with the unit's own exposures, as Nikon Scan does.
+    if (!plan.overview && !meter(plan, metering, observer, stop)) return std::nullopt;
     metering.multiply(plan.exposure.factor);
     exposures = metering.exposures();
+    exposures[3] = std::max<std::uint32_t>(
+        1, static_cast<std::uint32_t>(exposures[3] * description_.errata.infrared_factor));
   } else {
     for (std::size_t i = 0; i < exposures.size(); ++i) {
       const std::optional<double>& us = plan.exposure.exposure_us[i];
@@ -239,7 +385,7 @@ std::optional<Coolscan::Measurement> Coolscan::settle(PassSpec spec, const std::
 
 std::optional<Coolscan::Measurement> Coolscan::measure(const PassSpec& spec,
                                                        const std::stop_token& stop) {
-  ScanPass pass(unit_, spec, max_packet_bytes());
+  ScanPass pass(unit_, spec, pass_rules(), curves_);
   const int n_channels = spec.infrared ? 4 : 3;
   const auto line_samples =
       static_cast<std::size_t>(n_channels) * static_cast<std::size_t>(spec.crop_width_px);
@@ -275,6 +421,7 @@ ReadStatus Coolscan::read(LineBlock& block, Duration /*timeout*/) {
   const int n = pass_->read(block.samples);
   if (n == 0) {
     pass_.reset();
+    if (overview_) finish_overview();
     return ReadStatus::kEndOfScan;
   }
   block.first_line = next_line_;
@@ -282,11 +429,16 @@ ReadStatus Coolscan::read(LineBlock& block, Duration /*timeout*/) {
   block.width_px = format_.width_px;
   block.n_channels = format_.n_channels();
   next_line_ += n;
+  if (overview_) {
+    const std::span<const std::uint16_t> lines = block.used();
+    overview_samples_.insert(overview_samples_.end(), lines.begin(), lines.end());
+  }
   return ReadStatus::kLines;
 }
 
 void Coolscan::stop() noexcept {
   pass_.reset();
+  overview_ = false;
   try {
     if (unit_.scan_open()) unit_.annotate("stop");
     unit_.abort_open_scan();

@@ -5,13 +5,13 @@
 #include <string>
 
 #include "core/base/clock.h"
+#include "drivers/coolscan/ccd_curves.h"
 #include "drivers/coolscan/metering.h"
 #include "drivers/coolscan/plan.h"
 #include "drivers/coolscan/scan_pass.h"
 #include "drivers/coolscan/unit.h"
 #include "drivers/scanner.h"
-#include "drivers/scsi/nikon_usb_scsi.h"
-#include "drivers/usb/usb_transport.h"
+#include "drivers/scsi/scsi_link.h"
 
 namespace reseau::coolscan {
 
@@ -22,13 +22,15 @@ struct OpenAs {
   std::string started_at_utc;
 };
 
-// A Nikon Coolscan film scanner on USB: LS-40, LS-50, LS-5000 (drivers/coolscan/README.md).
-// Thread-bound. Owns the transport; the unit is left idle and released when it is destroyed.
+// A Nikon Coolscan film scanner, on USB or behind SG_IO (drivers/coolscan/README.md). Thread-bound.
+// Owns the link; the unit is left idle and released when it is destroyed.
 class Coolscan final : public Scanner {
  public:
   // Identifies the unit, waits until it has started up (up to three minutes when cold) and reads
   // what it can do. Throws DeviceError.
-  Coolscan(std::unique_ptr<UsbTransport> usb, std::shared_ptr<Clock> clock, OpenAs open_as);
+  Coolscan(ScsiLink link, std::shared_ptr<Clock> clock, OpenAs open_as);
+  Coolscan(std::unique_ptr<UsbTransport> usb, const std::shared_ptr<Clock>& clock, OpenAs open_as)
+      : Coolscan(usb_scsi_link(std::move(usb), *clock), clock, std::move(open_as)) {}
   ~Coolscan() override;
   Coolscan(const Coolscan&) = delete;
   Coolscan& operator=(const Coolscan&) = delete;
@@ -42,12 +44,19 @@ class Coolscan final : public Scanner {
   // middle of one has to be switched off. kNotReady is therefore never returned.
   [[nodiscard]] ReadStatus read(LineBlock& block, Duration timeout) override;
   void stop() noexcept override;
+  void eject(ScanObserver& observer) override;
+  void load(ScanObserver& observer) override;
 
  private:
   void describe_unit();
+  void read_curves();
   void read_film_state();
   bool prepare(const ScanPlan& plan, ScanObserver& observer, const std::stop_token& stop);
   void send_tables(bool infrared);
+  // Tells the unit where the frames are, this plan's frame moved as it says.
+  void send_frames(const ScanPlan& plan);
+  // After the last line of an overview: where the frames are on the film.
+  void finish_overview();
   void focus(const ScanPlan& plan, ScanObserver& observer);
   // Absent when stopped.
   std::optional<Exposures> settle_exposures(const ScanPlan& plan, ScanObserver& observer,
@@ -64,17 +73,20 @@ class Coolscan final : public Scanner {
   std::optional<Measurement> measure(const PassSpec& spec, const std::stop_token& stop);
   [[nodiscard]] Exposures white_balance();
   void enter(ScanObserver& observer, ScanPhase phase, const std::string& detail);
-  [[nodiscard]] int max_packet_bytes() const { return usb_->identity().max_packet_bytes; }
+  [[nodiscard]] PassRules pass_rules() const;
 
   std::shared_ptr<Clock> clock_;
-  std::unique_ptr<UsbTransport> usb_;
-  NikonUsbScsi scsi_;
+  ScsiLink link_;
   Unit unit_;
   OpenAs open_as_;
   UnitDescription description_;
   Capabilities capabilities_;
+  CurveSet curves_;
+  std::vector<FrameRecord> table_in_unit_;  // data type 8F
   CaptureContext context_;
   std::optional<ScanPass> pass_;
+  bool overview_ = false;
+  std::vector<std::uint16_t> overview_samples_;
   LineFormat format_;
   int next_line_ = 0;
 };

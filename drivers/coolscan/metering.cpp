@@ -47,26 +47,32 @@ std::optional<double> LevelHistogram::high_level(int channel) const {
   return static_cast<double>((bin + 1) * kLevelsPerBin - 1) / 65535.0;
 }
 
-Metering::Metering(const Exposures& white_balance, ExposureLimits limits)
+Metering::Metering(const Exposures& white_balance, ExposureLimits limits, bool lock)
     : white_balance_(white_balance), limits_(limits) {
   for (std::uint32_t& exposure : white_balance_) exposure = std::max<std::uint32_t>(exposure, 1);
-  visible_scale_ = limited(visible_scale_, 0, 3);
-  infrared_scale_ = limited(infrared_scale_, 3, 4);
+  if (lock) {
+    groups_ = {{0, 3}, {3, 4}};
+  } else {
+    groups_ = {{0, 1}, {1, 2}, {2, 3}, {3, 4}};
+  }
+  for (Group& group : groups_) group.scale = limited(group.scale, group);
 }
 
 Exposures Metering::exposures() const {
   Exposures result{};
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    const double exposure = white_balance_[i] * (i < 3 ? visible_scale_ : infrared_scale_);
-    result[i] = std::clamp(static_cast<std::uint32_t>(std::lround(exposure)), limits_.min_10ns,
-                           limits_.max_10ns);
+  for (const Group& group : groups_) {
+    for (std::size_t i = group.first; i < group.last; ++i) {
+      result[i] =
+          std::clamp(static_cast<std::uint32_t>(std::lround(white_balance_[i] * group.scale)),
+                     limits_.min_10ns, limits_.max_10ns);
+    }
   }
   return result;
 }
 
-// Keeps every exposure of [first, last) below the maximum, with their ratios.
-double Metering::limited(double scale, std::size_t first, std::size_t last) const {
-  for (std::size_t i = first; i < last; ++i) {
+// Keeps every exposure of the group below the maximum, with their ratios.
+double Metering::limited(double scale, const Group& group) const {
+  for (std::size_t i = group.first; i < group.last; ++i) {
     scale = std::min(scale, static_cast<double>(limits_.max_10ns) / white_balance_[i]);
   }
   return scale;
@@ -79,36 +85,35 @@ Metering::Step Metering::step_for(double level) const {
   return {factor, factor <= kMaxExactStep};
 }
 
-bool Metering::improve(const Levels& levels) {
-  bool done = true;
-  double visible = kMaxStep;
-  bool measured = false;
-  for (std::size_t i = 0; i < 3; ++i) {
+bool Metering::improve(Group& group, const Levels& levels) const {
+  double factor = kMaxStep;
+  bool done = true, measured = false;
+  for (std::size_t i = group.first; i < group.last; ++i) {
     if (!levels[i]) continue;
     const Step step = step_for(*levels[i]);
     measured = true;
-    // The brightest channel decides for all three.
-    if (step.factor < visible) {
-      visible = step.factor;
+    // The brightest channel decides for all of the group.
+    if (step.factor < factor) {
+      factor = step.factor;
       done = step.exact;
     }
   }
-  const auto apply = [&](double& scale, double factor, std::size_t first, std::size_t last) {
-    const double before = scale;
-    scale = limited(scale * factor, first, last);
-    return scale != before;
-  };
-  if (measured && !apply(visible_scale_, visible, 0, 3)) done = true;
-  if (levels[3]) {
-    const Step step = step_for(*levels[3]);
-    if (apply(infrared_scale_, step.factor, 3, 4)) done = done && step.exact;
+  if (!measured) return true;
+  const double before = group.scale;
+  group.scale = limited(group.scale * factor, group);
+  return group.scale == before || done;
+}
+
+bool Metering::improve(const Levels& levels) {
+  bool done = true;
+  for (Group& group : groups_) {
+    if (!improve(group, levels)) done = false;
   }
   return done;
 }
 
 void Metering::multiply(double factor) {
-  visible_scale_ = limited(visible_scale_ * factor, 0, 3);
-  infrared_scale_ = limited(infrared_scale_ * factor, 3, 4);
+  for (Group& group : groups_) group.scale = limited(group.scale * factor, group);
 }
 
 }  // namespace reseau::coolscan

@@ -1,6 +1,7 @@
 // The arithmetic of exposure metering; the host meters, no USB unit of the family does.
-// Red, green and blue keep the ratios of the unit's own white balance, so that the balance of the
-// film's colour screen stays as it is; infrared is metered by itself. The sensor is linear in
+// Locked, red, green and blue keep the ratios of the unit's own white balance, so that the balance
+// of the film's colour screen stays as it is; unlocked, each goes to its own target, as for colour
+// negatives. Infrared is metered by itself. The sensor is linear in
 // exposure, therefore one proportional step reaches the target from any unclipped measurement.
 // Pure, reentrant.
 #pragma once
@@ -40,7 +41,7 @@ struct ExposureLimits {
 // Factors on the white-balance exposures, improved from pass to pass.
 class Metering {
  public:
-  Metering(const Exposures& white_balance, ExposureLimits limits);
+  Metering(const Exposures& white_balance, ExposureLimits limits, bool lock = true);
 
   [[nodiscard]] Exposures exposures() const;
   // Takes the levels that a pass with exposures() gave. True when no further pass is needed: no
@@ -55,12 +56,17 @@ class Metering {
     bool exact;
   };
   [[nodiscard]] Step step_for(double level) const;
-  [[nodiscard]] double limited(double scale, std::size_t first, std::size_t last) const;
+  // Channels [first, last) share a factor.
+  struct Group {
+    std::size_t first, last;
+    double scale = 1.0;
+  };
+  [[nodiscard]] double limited(double scale, const Group& group) const;
+  [[nodiscard]] bool improve(Group& group, const Levels& levels) const;
 
   Exposures white_balance_;
   ExposureLimits limits_;
-  double visible_scale_ = 1.0;
-  double infrared_scale_ = 1.0;
+  std::vector<Group> groups_;
 };
 
 }  // namespace reseau::coolscan

@@ -9,7 +9,8 @@
 namespace reseau::coolscan {
 
 // The pass that a plan asks for.
-[[nodiscard]] PassSpec pass_of(const ScanPlan& plan, const Exposures& exposures);
+[[nodiscard]] PassSpec pass_of(const ScanPlan& plan, const AddressPage& addresses,
+                               const Exposures& exposures);
 
 // A quick pass over the inside of the same area, at the resolution that Nikon Scan meters with.
 // Exposures are left at 0. Bare light at the edge of a picture would poison the metering.

@@ -83,14 +83,22 @@ std::string parse_name_page(ByteView page) {
 AddressPage parse_addresses(ByteView page) {
   PageWalker walker(page);
   AddressPage a;
-  walker.chain();  // transfer rules
+  const std::uint8_t transfer_rules = walker.chain().front();
+  a.whole_lines = (transfer_rules & 0x02) != 0;
+  a.whole_frames = (transfer_rules & 0x08) != 0;
   walker.skip(2);  // window descriptor length
   walker.skip(2);  // SET PARAMETER length
   walker.skip(2);  // general transfer buffer
   walker.skip(2);  // image buffer
-  walker.skip(3);  // units, adapter name page, holder name page
-  a.pitch_rule = static_cast<PitchRule>(walker.byte() & 0x03);
-  a.one_frame_per_window = (walker.byte() & 0x04) != 0;
+  walker.skip(2);  // units, adapter name page
+  a.holder_id = walker.byte();
+  const std::uint8_t order = walker.byte();
+  a.pitch_rule = static_cast<PitchRule>(order & 0x03);
+  a.thumbnails_reversed = (order & 0x10) != 0;
+  a.has_frame_page = (order & 0x40) != 0;
+  const std::uint8_t positions = walker.byte();
+  a.film_addresses = (positions & 0x01) != 0;
+  a.one_frame_per_window = (positions & 0x04) != 0;
   a.optical_dpi = walker.integer(2);
   a.max_dpi = walker.integer(2);
   a.min_dpi = walker.integer(2);
@@ -104,7 +112,8 @@ AddressPage parse_addresses(ByteView page) {
   walker.skip(4);  // Y offset of the first image
   a.max_height_px = walker.integer(4);
   walker.skip(8);  // reach of the film outside the addresses
-  walker.skip(4);  // thumbnail resolutions
+  a.thumbnail_dpi = walker.integer(2);
+  walker.skip(2);  // the lowest one
   a.frame_capacity = walker.integer(1);
   a.frames_present = walker.integer(1);
   a.focus_min = walker.integer(2);
@@ -112,11 +121,9 @@ AddressPage parse_addresses(ByteView page) {
   walker.skip(2);  // lamp warm-up
   a.converter_bits = walker.integer(1);
   a.sensor_pixels = walker.integer(2);
-  // An LS-40 page ends here: one line.
-  if (!walker.ended()) {
-    a.line_gap = walker.integer(1);
-    a.sensor_lines = walker.ended() ? 1 : walker.integer(1);
-  }
+  // An LS-40 page ends here, that of an LS-8000 one field later.
+  if (!walker.ended()) a.line_gap = walker.integer(1);
+  if (!walker.ended()) a.sensor_lines = walker.integer(1);
   a.unread_bytes = walker.rest().size();
   return a;
 }
@@ -162,10 +169,15 @@ DutyPage parse_duties(ByteView page) {
   DutyPage e;
   const std::vector<std::uint8_t> duties = walker.chain();
   const std::vector<std::uint8_t> types = walker.chain();
+  e.averages_readings = bit(duties, 0, 1);
   e.remove_padding = bit(duties, 1, 2);
   e.look_up_table = bit(types, 0, 3);
   e.white_balance_exposure = bit(types, 3, 3);
+  e.frame_rectangles = bit(types, 2, 6);
+  e.perforations = bit(types, 3, 6);
   e.frame_table = bit(types, 4, 0);
+  e.set_frame_table = bit(types, 4, 1);
+  e.ccd_curves = bit(types, 4, 3) && bit(duties, 1, 3);
   walker.skip(1);  // halftone
   e.table_in_bits = walker.integer(1);
   e.table_out_bits = walker.integer(1);
@@ -179,19 +191,10 @@ DutyPage parse_duties(ByteView page) {
   return e;
 }
 
-std::vector<int> parse_frame_table(ByteView data) {
-  constexpr std::size_t kHead = 6, kCount = 4, kRecord = 8;
-  std::vector<int> tops_px;
-  if (data.size() < kHead + kCount) return tops_px;
-  const std::size_t n = u8_at(data, kHead + 2);
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t offset = kHead + kCount + i * kRecord;
-    if (offset + kRecord > data.size()) break;
-    const std::uint64_t top = load_be(data, offset, 4);
-    if (top > 0x7FFFFFFF) break;
-    tops_px.push_back(static_cast<int>(top));
-  }
-  return tops_px;
+int sensor_lines(const AddressPage& addresses, const WindowPage& windows) {
+  if (!windows.multi_line()) return 1;
+  constexpr int kUnsaid = 3;  // LS-9000 interface specification: absent means three
+  return std::clamp(addresses.sensor_lines > 0 ? addresses.sensor_lines : kUnsaid, 1, kUnsaid);
 }
 
 }  // namespace reseau::coolscan

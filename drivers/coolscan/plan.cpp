@@ -43,9 +43,12 @@ class Negotiation {
           "The scanner does not say what it can scan: no film adapter is in it. Push "
           "the adapter in until it locks.");
     }
+    if (request_.overview) return overview();
     resolution();
     depth();
     channels();
+    readings();
+    sensor();
     area();
     focus();
     exposure();
@@ -75,8 +78,9 @@ class Negotiation {
   }
 
   void depth() {
-    const std::vector<int> offered = unit_.windows.depths_bits();
-    if (offered.empty()) throw InputError("The scanner does not offer any depth to scan with.");
+    const std::vector<int> offered = depths_of(unit_);
+    if (offered.empty() || offered.back() <= 0)
+      throw InputError("The scanner does not offer any depth to scan with.");
     const int asked = request_.depth_bits.value_or(offered.back());
     const auto enough = std::lower_bound(offered.begin(), offered.end(), asked);
     plan_.depth_bits = enough == offered.end() ? offered.back() : *enough;
@@ -128,8 +132,37 @@ class Negotiation {
            "the frame ends there");
   }
 
-  void area() {
-    const int n_frames = capabilities_of(unit_).n_frames;
+  void readings() {
+    const int most = max_readings(unit_);
+    if (request_.samples < 1) throw InputError("The number of samples must be at least 1.");
+    plan_.samples = std::min(request_.samples, most);
+    if (plan_.samples == request_.samples) return;
+    adjust("samples", std::to_string(request_.samples), std::to_string(plan_.samples),
+           most == 1 ? "this scanner reads each line once" : "the scanner reads a line no oftener");
+  }
+
+  void sensor() {
+    const int lines = sensor_lines(a_, unit_.windows);
+    // The lines lie line_gap optical lines apart; a pass fills the gaps where they are whole lines.
+    const bool possible = lines > 1 && a_.line_gap > 0 && a_.line_gap % plan_.pitch == 0;
+    // Which of two lines is the earlier one no user has confirmed; three are known to be right, and
+    // one of them alone takes three times as long.
+    const bool wanted = request_.sensor_lines == SensorLines::kAll ||
+                        (request_.sensor_lines == SensorLines::kAuto && lines > 2);
+    plan_.sensor_lines = wanted && possible ? lines : 1;
+    if (request_.sensor_lines == SensorLines::kAll && !possible) {
+      adjust("sensor lines", "all", "one",
+             lines == 1 ? "there is no other in this scanner's pass"
+                        : "at this resolution the lines of the sensor do not interleave");
+    }
+  }
+
+  // One after the last address that a window may reach; 0 when the unit does not say yet.
+  [[nodiscard]] int y_end_px() const { return a_.y_origin_max_px > 0 ? a_.y_origin_max_px + 1 : 0; }
+
+  FrameRectangle frame() {
+    const std::vector<FrameRectangle> frames = frames_of(unit_);
+    const auto n_frames = static_cast<int>(frames.size());
     if (request_.frame < 1 || request_.frame > n_frames) {
       throw InputError("Frame " + std::to_string(request_.frame) + " was asked for, but " +
                        (n_frames == 1
@@ -138,36 +171,133 @@ class Negotiation {
     }
     plan_.frame = request_.frame;
     const auto index = static_cast<std::size_t>(plan_.frame - 1);
-    frame_top_px_ = index < unit_.frame_tops_px.size()
-                        ? unit_.frame_tops_px[index]
-                        : a_.y_origin_min_px + (plan_.frame - 1) * a_.max_height_px;
-    // A window past the boundary can drive the stage against its stop.
-    int frame_height_px = a_.max_height_px;
-    if (a_.y_origin_max_px > 0) {
-      frame_height_px = std::min(frame_height_px, a_.y_origin_max_px + 1 - frame_top_px_);
+    FrameRectangle place = frames[index];
+    move(place, index);
+    return place;
+  }
+
+  void move(FrameRectangle& place, std::size_t index) {
+    const double asked_mm = request_.frame_offset_mm;
+    if (asked_mm == 0) return;
+    constexpr double kMost = 40;
+    if (!std::isfinite(asked_mm) || std::abs(asked_mm) > kMost) {
+      throw InputError("A frame can be moved by 40 mm at most.");
     }
-    if (frame_height_px < plan_.pitch) {
+    const int asked = px_from_mm(asked_mm, a_.max_dpi, "frame offset");
+    const int before = place.top_px;
+    if (index < unit_.strip.size() && unit_.duties.set_frame_table) {
+      place.top_px = moved_on_film(unit_, unit_.strip[index], asked).address_px;
+    } else {
+      const int most = y_end_px() > 0 ? y_end_px() - place.height_px : before + asked;
+      place.top_px =
+          std::clamp(before + asked, a_.y_origin_min_px, std::max(most, a_.y_origin_min_px));
+    }
+    plan_.frame_offset_px = place.top_px - before;
+    if (std::abs(plan_.frame_offset_px - asked) <= units_per_pulse(a_.max_dpi)) return;
+    adjust("frame offset", text_of(asked_mm, "mm"),
+           text_of(plan_.frame_offset_px * kMmPerInch / a_.max_dpi, "mm"), "the film ends there");
+  }
+
+  void area() {
+    const FrameRectangle place = frame();
+    frame_left_px_ = place.left_px;
+    frame_top_px_ = place.top_px;
+    // A window past the boundary can drive the stage against its stop.
+    int height_px = place.height_px;
+    if (y_end_px() > 0) height_px = std::min(height_px, y_end_px() - frame_top_px_);
+    const int width_px =
+        std::min({place.width_px, a_.max_width_px, a_.x_end_px() - frame_left_px_});
+    if (height_px < plan_.pitch || width_px < plan_.pitch) {
       throw InputError("Frame " + std::to_string(plan_.frame) + " lies beyond the film.");
     }
     const AreaRequest& asked = request_.area;
-    x_ = fit(asked.left_mm, asked.width_mm, a_.max_width_px, "left edge", "width");
-    y_ = fit(asked.top_mm, asked.height_mm, frame_height_px, "top edge", "height");
-    plan_.y_origin_px = frame_top_px_ + y_.first;
+    x_ = fit(asked.left_mm, asked.width_mm, width_px, "left edge", "width");
+    y_ = fit(asked.top_mm, asked.height_mm, height_px, "top edge", "height");
+    along();
+    across();
+  }
+
+  void along() {
+    const int first = frame_top_px_ + y_.first, end = first + y_.length;
+    plan_.y_origin_px = first;
     plan_.window_height_px = y_.length;
     plan_.format.n_lines = y_.length / plan_.pitch;
+    if (plan_.sensor_lines < 3) return;
+    // Whole blocks of interleaved lines, inside the boundary.
+    const int block = plan_.sensor_lines * a_.line_gap;
+    const int limit = (y_end_px() > 0 ? y_end_px() : a_.max_height_px) / block * block;
+    int begin = first / block * block;
+    int stop = std::min((end + block - 1) / block * block, limit);
+    stop = std::min(stop, begin + a_.max_height_px / block * block);
+    begin = std::min(begin, std::max(stop - block, 0));
+    plan_.y_origin_px = begin;
+    plan_.window_height_px = stop - begin;
+    plan_.crop_top_lines =
+        std::clamp((first - begin) / plan_.pitch, 0, (stop - begin) / plan_.pitch - 1);
+    const int rest = (stop - begin) / plan_.pitch - plan_.crop_top_lines;
+    plan_.format.n_lines = std::min(plan_.format.n_lines, rest);
+  }
 
-    if (a_.x_origin_max_px > a_.x_origin_min_px) {
-      plan_.x_origin_px = x_.first;
+  void across() {
+    const int first = frame_left_px_ + x_.first, end = first + x_.length;
+    const bool unit_crops = a_.x_origin_max_px > a_.x_origin_min_px;
+    if (unit_crops && plan_.sensor_lines < 3) {
+      plan_.x_origin_px = first;
       plan_.window_width_px = x_.length;
       plan_.format.width_px = x_.length / plan_.pitch;
       return;
     }
     plan_.x_origin_px = a_.x_origin_min_px;
     plan_.window_width_px = a_.max_width_px;
-    const int line_px = a_.max_width_px / plan_.pitch;
-    plan_.crop_left_px = std::min(x_.first / plan_.pitch, line_px - 1);
-    const int right = (x_.first + x_.length + plan_.pitch - 1) / plan_.pitch;
+    if (unit_crops) {
+      const int step = a_.line_gap;
+      plan_.x_origin_px = first / step * step;
+      const int whole = (end - plan_.x_origin_px + step - 1) / step * step;
+      plan_.window_width_px = std::min({whole, a_.max_width_px, a_.x_end_px() - plan_.x_origin_px});
+    }
+    const int line_px = plan_.window_width_px / plan_.pitch;
+    const int left = first - plan_.x_origin_px;
+    plan_.crop_left_px = std::min(left / plan_.pitch, line_px - 1);
+    const int right = (left + x_.length + plan_.pitch - 1) / plan_.pitch;
     plan_.format.width_px = std::min(right, line_px) - plan_.crop_left_px;
+  }
+
+  // The whole strip as the unit's own thumbnail, or everything at a low resolution.
+  Negotiated overview() {
+    plan_.overview = true;
+    plan_.infrared = false;
+    plan_.depth_bits = depths_of(unit_).back();
+    plan_.focus.mode = FocusRequest::Mode::kKeep;
+    plan_.format.channels = {Channel::kRed, Channel::kGreen, Channel::kBlue};
+    plan_.format.significant_bits = plan_.depth_bits;
+    plan_.window_width_px = a_.max_width_px;
+    if (has_thumbnails(unit_)) {
+      plan_.pitch = std::max(1, a_.max_dpi / a_.thumbnail_dpi);
+      plan_.resolution_dpi = a_.thumbnail_dpi;
+      plan_.y_origin_px = a_.y_origin_min_px;
+      plan_.window_height_px = a_.y_origin_max_px;
+      // Of strip film a line is six pulses, whatever the resolution is called.
+      constexpr int kPulsesPerLine = 6;
+      plan_.format.y_dpi =
+          static_cast<double>(a_.max_dpi) /
+          (a_.film_addresses ? kPulsesPerLine * units_per_pulse(a_.max_dpi) : plan_.pitch);
+    } else {
+      constexpr int kOverviewDpi = 285;
+      plan_.pitch = pitch_for(a_, kOverviewDpi);
+      plan_.resolution_dpi = a_.max_dpi / plan_.pitch;
+      plan_.x_origin_px = a_.x_origin_min_px;
+      plan_.y_origin_px = a_.y_origin_min_px;
+      plan_.window_height_px = a_.max_height_px;
+      if (y_end_px() > 0) {
+        plan_.window_height_px = std::min(a_.max_height_px, y_end_px() - a_.y_origin_min_px);
+      }
+      plan_.format.y_dpi = static_cast<double>(a_.max_dpi) / plan_.pitch;
+    }
+    plan_.format.x_dpi = static_cast<double>(a_.max_dpi) / plan_.pitch;
+    plan_.format.width_px = plan_.window_width_px / plan_.pitch;
+    plan_.format.n_lines = plan_.window_height_px / plan_.pitch;
+    exposure();
+    return std::move(result_);
   }
 
   void focus() {
@@ -183,10 +313,11 @@ class Negotiation {
     }
     if (focus.mode != FocusRequest::Mode::kAuto) return;
     // The middle of the area, truncating, as Nikon Scan does.
-    plan_.focus_x_px = x_.first + x_.length / 2;
-    plan_.focus_y_px = plan_.y_origin_px + y_.length / 2;
+    plan_.focus_x_px = frame_left_px_ + x_.first + x_.length / 2;
+    plan_.focus_y_px = frame_top_px_ + y_.first + y_.length / 2;
     if (focus.x_mm) {
-      plan_.focus_x_px = focus_point(*focus.x_mm, a_.max_width_px, "focus point, across");
+      plan_.focus_x_px = frame_left_px_ + focus_point(*focus.x_mm, a_.x_end_px() - frame_left_px_,
+                                                      "focus point, across");
     }
     if (focus.y_mm) {
       plan_.focus_y_px =
@@ -231,7 +362,7 @@ class Negotiation {
   const AddressPage& a_;
   Negotiated result_;
   ScanPlan& plan_ = result_.plan;
-  int frame_top_px_ = 0;
+  int frame_left_px_ = 0, frame_top_px_ = 0;
   Span x_, y_;
 };
 
@@ -255,6 +386,51 @@ int pitch_for(const AddressPage& addresses, int resolution_dpi) {
   return lower_to_rule(addresses.pitch_rule, addresses.line_gap, pitch);
 }
 
+std::vector<FrameRectangle> frames_of(const UnitDescription& unit) {
+  const AddressPage& a = unit.addresses;
+  std::vector<FrameRectangle> frames = unit.holder;
+  for (FrameRectangle& frame : frames) {
+    // A strip holder does not know how long its frames are.
+    if (frame.width_px <= 0) frame.width_px = a.max_width_px - frame.left_px;
+    if (frame.height_px <= 0) frame.height_px = a.max_height_px;
+  }
+  if (!frames.empty()) return frames;
+  const int n = std::clamp(a.frames_present > 0 ? a.frames_present : a.frame_capacity, 1,
+                           static_cast<int>(kMaxFrames));
+  for (int i = 0; i < n; ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    const int top_px = index < unit.strip.size() ? unit.strip[index].address_px
+                                                 : a.y_origin_min_px + i * a.max_height_px;
+    frames.push_back({0, top_px, a.max_width_px, a.max_height_px});
+  }
+  return frames;
+}
+
+std::vector<int> depths_of(const UnitDescription& unit) {
+  const int deepest = unit.errata.deepest_bits;
+  if (unit.errata.only_addresses) return {8, deepest > 0 ? deepest : unit.addresses.converter_bits};
+  return unit.windows.depths_bits();
+}
+
+int max_readings(const UnitDescription& unit) {
+  constexpr int kMost = 16;  // four bits of the window
+  return unit.windows.multiple_readings() && unit.duties.averages_readings ? kMost : 1;
+}
+
+bool has_thumbnails(const UnitDescription& unit) {
+  return unit.windows.thumbnails() && unit.addresses.thumbnail_dpi > 0 &&
+         unit.addresses.y_origin_max_px > 0;
+}
+
+FrameRecord moved_on_film(const UnitDescription& unit, const FrameRecord& frame, int by_px) {
+  const AddressPage& a = unit.addresses;
+  int top = std::max(frame.address_px + by_px, a.y_origin_min_px);
+  if (a.y_origin_max_px > 0) {
+    top = std::min(top, std::max(a.y_origin_max_px + 1 - a.max_height_px, a.y_origin_min_px));
+  }
+  return moved(frame, top - frame.address_px, a.max_dpi);
+}
+
 Capabilities capabilities_of(const UnitDescription& unit) {
   const AddressPage& a = unit.addresses;
   Capabilities c;
@@ -274,11 +450,22 @@ Capabilities capabilities_of(const UnitDescription& unit) {
   }
   c.max_width_px = a.max_width_px;
   c.max_height_px = a.max_height_px;
-  c.depths_bits = unit.windows.depths_bits();
+  c.depths_bits = depths_of(unit);
   c.infrared = unit.infrared;
   c.focus_min = a.focus_min;
   c.focus_max = a.focus_max;
-  c.n_frames = std::max(1, a.frames_present > 0 ? a.frames_present : a.frame_capacity);
+  const std::vector<FrameRectangle> frames = frames_of(unit);
+  c.n_frames = static_cast<int>(frames.size());
+  for (const FrameRectangle& frame : frames) {
+    c.frames.push_back({frame.top_px * kMmPerInch / a.max_dpi,
+                        frame.height_px * kMmPerInch / a.max_dpi, unit.frames_found});
+  }
+  c.max_samples = max_readings(unit);
+  c.sensor_lines = sensor_lines(a, unit.windows);
+  c.can_overview = true;
+  c.can_move_frames = true;
+  c.can_eject = unit.duties.offers(static_cast<std::uint8_t>(Operation::kUnload));
+  c.can_load = unit.duties.offers(static_cast<std::uint8_t>(Operation::kLoad));
   c.exposure_min_us = unit.windows.exposure_min_10ns / k10nsPerUs;
   c.exposure_max_us = unit.windows.exposure_max_10ns / k10nsPerUs;
   return c;
@@ -290,10 +477,13 @@ Negotiated negotiate(const ScanRequest& request, const UnitDescription& unit) {
 
 bool still_fits(const ScanPlan& plan, const UnitDescription& unit) {
   const AddressPage& a = unit.addresses;
-  const std::vector<int> depths = unit.windows.depths_bits();
+  const std::vector<int> depths = depths_of(unit);
   const int bottom_px = plan.y_origin_px + plan.window_height_px;
+  const bool tall_enough =
+      plan.window_height_px <=
+      (plan.overview && has_thumbnails(unit) ? a.y_origin_max_px : a.max_height_px);
   return std::find(depths.begin(), depths.end(), plan.depth_bits) != depths.end() &&
-         plan.window_width_px <= a.max_width_px && plan.window_height_px <= a.max_height_px &&
+         plan.window_width_px <= a.max_width_px && tall_enough &&
          plan.y_origin_px >= a.y_origin_min_px &&
          (a.y_origin_max_px == 0 || bottom_px <= a.y_origin_max_px + 1);
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/coolscan/frames.h"
 #include "drivers/coolscan/models.h"
 #include "drivers/coolscan/pages.h"
 #include "drivers/scan_plan.h"
@@ -20,8 +21,21 @@ struct UnitDescription {
   AddressPage addresses;
   WindowPage windows;
   DutyPage duties;
-  std::vector<int> frame_tops_px;  // empty: a frame every max_height_px
+  Errata errata;
+  std::vector<FrameRecord> strip;      // the unit's table of frames of a strip; empty: none
+  std::vector<FrameRectangle> holder;  // frames of a holder; empty: not published
+  bool frames_found = false;           // on the film itself
 };
+
+// Every frame there is, absolute. Where the unit publishes none, one each max_height_px.
+[[nodiscard]] std::vector<FrameRectangle> frames_of(const UnitDescription& unit);
+[[nodiscard]] std::vector<int> depths_of(const UnitDescription& unit);
+// Readings of a line that may be asked for.
+[[nodiscard]] int max_readings(const UnitDescription& unit);
+[[nodiscard]] bool has_thumbnails(const UnitDescription& unit);
+// The record of a strip's frame, moved so that it stays on the film.
+[[nodiscard]] FrameRecord moved_on_film(const UnitDescription& unit, const FrameRecord& frame,
+                                        int by_px);
 
 [[nodiscard]] Capabilities capabilities_of(const UnitDescription& unit);
 

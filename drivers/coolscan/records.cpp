@@ -12,7 +12,10 @@ PaddingRecord parse_padding(ByteView r) {
   const auto field = [&](int flag, std::size_t offset) {
     return (flags >> flag & 1) != 0 ? static_cast<int>(load_be(r, offset, 2)) : 0;
   };
-  return {field(0, 7), field(1, 9), field(2, 11), field(3, 13), field(6, 19), field(7, 21)};
+  PaddingRecord padding{field(0, 7),  field(1, 9),  field(2, 11), field(3, 13),
+                        field(6, 19), field(7, 21), std::nullopt};
+  if ((flags >> 5 & 1) != 0) padding.infrared_after_bytes = field(5, 17);
+  return padding;
 }
 
 }  // namespace

@@ -29,6 +29,8 @@ struct PaddingRecord {
   int colour_before_bytes = 0, colour_after_bytes = 0;
   int line_before_bytes = 0, line_after_bytes = 0;
   int top_lines = 0, bottom_lines = 0;
+  // Of several readings, after the one that also has infrared: in place of line_after_bytes.
+  std::optional<int> infrared_after_bytes;
   bool operator==(const PaddingRecord&) const = default;
 };
 

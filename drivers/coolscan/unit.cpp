@@ -36,7 +36,8 @@ DeviceError protocol_error(const std::string& what) {
 
 }  // namespace
 
-ScsiReply Unit::run(const Cdb& cdb, ByteView out, std::span<std::byte> in, Duration timeout) {
+ScsiReply Unit::run(const Cdb& asked, ByteView out, std::span<std::byte> in, Duration timeout) {
+  const Cdb cdb = errata_.zero_control ? asked.with_control(0) : asked;
   for (int attentions = 0;; ++attentions) {
     const ScsiReply reply = !out.empty()  ? scsi_.send(cdb, out, timeout)
                             : !in.empty() ? scsi_.receive(cdb, in, timeout)
@@ -129,7 +130,13 @@ void Unit::reserve() {
 
 void Unit::release() { require_command(release_unit()); }
 
-void Unit::set_units_per_inch(int dpi) { require_idle(mode_select(), mode_select_data(dpi)); }
+void Unit::set_units_per_inch(int dpi) {
+  if (errata_.short_mode_select) {
+    require_idle(short_mode_select(), short_mode_select_data(dpi));
+  } else {
+    require_idle(mode_select(), mode_select_data(dpi));
+  }
+}
 
 std::optional<Bytes> Unit::read_data(DataType type, Colour colour) {
   const int element = element_code(type, 1);
@@ -151,7 +158,27 @@ void Unit::send_table(Colour colour, ByteView table) {
   require(send(type, colour, element_code(type, 2), table.size()), table, {}, kCommandTimeout);
 }
 
+void Unit::send_data(DataType type, Colour colour, ByteView data) {
+  require(send(type, colour, element_code(type, 1), data.size()), data, {}, kMotionTimeout);
+}
+
 void Unit::set_window(const Window& window) {
+  if (bounds_) {
+    const StageBounds& b = *bounds_;
+    const bool across = window.x_px >= 0 && window.width_px > 0 &&
+                        window.width_px <= b.max_width_px &&
+                        window.x_px + window.width_px <= b.x_end_px;
+    const bool along = window.y_px >= b.y_min_px && window.height_px > 0 &&
+                       (b.y_end_px == 0 || window.y_px + window.height_px <= b.y_end_px);
+    if (!across || !along) {
+      throw DeviceError(DeviceError::Kind::kRefused,
+                        "That area lies outside what the scanner's stage can reach, and going "
+                        "there could jam it. Choose a smaller area or another frame.",
+                        "window at " + std::to_string(window.y_px) + " of " +
+                            std::to_string(window.height_px) + " lines, limit " +
+                            std::to_string(b.y_end_px));
+    }
+  }
   const ScsiReply reply =
       require(coolscan::set_window(), encode_window(window), {}, kMotionTimeout);
   if (reply.good) return;
@@ -162,19 +189,55 @@ void Unit::set_window(const Window& window) {
   }
 }
 
+std::optional<Window> Unit::find_window(Colour colour) {
+  // Asking for more than there is is refused, too: first the length, then all.
+  Bytes head(8);
+  require(get_all_windows(head.size()), {}, head, kCommandTimeout);
+  const std::size_t n_bytes = 2 + load_be(head, 0, 2);
+  const std::size_t descriptor = load_be(head, 6, 2);
+  if (n_bytes <= head.size() || descriptor == 0) return std::nullopt;
+  Bytes data(n_bytes);
+  require(get_all_windows(n_bytes), {}, data, kCommandTimeout);
+  for (std::size_t at = head.size(); at + descriptor <= data.size(); at += descriptor) {
+    if (u8_at(data, at) != static_cast<std::uint8_t>(colour)) continue;
+    return decode_window(ByteView(data).subspan(at - head.size()));
+  }
+  return std::nullopt;
+}
+
 std::optional<Window> Unit::get_window(Colour colour) {
+  if (errata_.all_windows_only) return find_window(colour);
   Bytes data(kWindowBytes);
   require(coolscan::get_window(colour), {}, data, kCommandTimeout);
   return decode_window(data);
 }
 
-Unit::Ready Unit::perform(Operation operation, const Parameters& parameters, Duration limit) {
-  const Bytes data = parameter_data(parameters);
+bool Unit::begin(Operation operation, const Parameters& parameters) {
+  Parameters safe = parameters;
+  if (bounds_ && operation == Operation::kMoveFocus) {
+    safe.first = std::clamp(safe.first, static_cast<std::uint32_t>(bounds_->focus_min),
+                            static_cast<std::uint32_t>(bounds_->focus_max));
+  }
+  const Bytes data = parameter_data(safe);
   require(set_parameter(operation), data, {}, kCommandTimeout);
   const ScsiReply reply = run(execute(), {}, {}, kCommandTimeout);
-  if (reply.sense.out_of_focus()) return Ready::kOutOfFocus;
+  if (reply.sense.out_of_focus()) return false;
   if (!reply.good) throw sense_error(reply.sense, execute().describe());
-  return wait_ready(limit);
+  return true;
+}
+
+Unit::Ready Unit::perform(Operation operation, const Parameters& parameters, Duration limit) {
+  return begin(operation, parameters) ? wait_ready(limit) : Ready::kOutOfFocus;
+}
+
+bool Unit::wait_for_film(bool present, Duration limit) {
+  const TimePoint until = clock_.now() + limit;
+  for (;;) {
+    const Ready ready = wait_ready(limit);
+    if ((ready == Ready::kGood) == present) return true;
+    if (clock_.now() >= until) return false;
+    clock_.sleep_for(kPoll);
+  }
 }
 
 Parameters Unit::get_parameters(Operation operation) {
@@ -211,11 +274,16 @@ std::vector<CooperationRecord> Unit::start_scan(const std::vector<Colour>& colou
   throw protocol_error(cdb.describe() + ": asked for help more than 16 times");
 }
 
-void Unit::read_image(std::span<std::byte> out, int bytes_per_sample, Duration timeout) {
+std::size_t Unit::read_image(std::span<std::byte> out, int bytes_per_sample, Duration timeout) {
   const DataType type = DataType::kImage;
   const Cdb cdb = read(type, Colour::kDefault, element_code(type, bytes_per_sample), out.size());
   const ScsiReply reply = run(cdb, {}, out, timeout);
-  if (!reply.good) throw sense_error(reply.sense, cdb.describe());
+  if (reply.good) return reply.received;
+  if (reply.sense.is(0xB, 0x4B, 0) && reply.sense.short_read) {
+    scan_open_ = false;
+    return reply.received;
+  }
+  throw sense_error(reply.sense, cdb.describe());
 }
 
 void Unit::abort_open_scan() {

@@ -34,6 +34,12 @@ class Cdb {
     const bool image_read = opcode() == 0x28 && bytes_[2] == std::byte{0};
     return !image_read && opcode() != 0x1B && opcode() != 0xC1;
   }
+  // The same with another control byte, the last one.
+  [[nodiscard]] Cdb with_control(std::uint8_t control) const {
+    Cdb other = *this;
+    other.bytes_[size_ - 1] = std::byte{control};
+    return other;
+  }
   // "READ image, 130560 bytes [28 00 …]": for logs and errors of maintainers.
   [[nodiscard]] std::string describe() const;
 

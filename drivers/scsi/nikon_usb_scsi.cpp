@@ -32,6 +32,23 @@ constexpr Duration kLostCommand = 7s;
 constexpr Duration kDrainTimeout = 200ms;
 constexpr std::size_t kMaxDrainBytes = 1024 * 1024;
 
+ScsiReply reply_of(ByteView status) {
+  ScsiReply reply;
+  reply.good = u8_at(status, 0) == 0x00;
+  const std::uint8_t flags = u8_at(status, 1);
+  reply.sense = {static_cast<std::uint8_t>(flags & 0x0F), u8_at(status, 2), u8_at(status, 3),
+                 u8_at(status, 4), (flags & 0x20) != 0};
+  return reply;
+}
+
+// The status "less data than asked for", where it came in place of data: alone in its packet.
+std::optional<ScsiReply> early_status(ByteView came, std::size_t packet_bytes) {
+  if (came.size() % packet_bytes != kStatusBytes) return std::nullopt;
+  const ByteView status = came.last(kStatusBytes);
+  if (load_be(status, 0, 4) != 0x022B4B00 || load_be(status, 5, 3) != 0) return std::nullopt;
+  return reply_of(status);
+}
+
 DeviceError out_of_step(const Cdb& cdb, const std::string& what) {
   return {DeviceError::Kind::kProtocol,
           "The scanner's answers are out of step with the commands. Start again; if it happens "
@@ -90,8 +107,9 @@ ScsiReply NikonUsbScsi::transact_once(const Cdb& cdb, ByteView out, std::span<st
   if (phase == kDataOut && !out.empty()) {
     usb_.bulk_out(kOut, out, remaining(until));
   } else if (phase == kDataIn && !in.empty()) {
-    read_data(cdb, in, until);
-    received = in.size();
+    const DataPhase data = read_data(cdb, in, until);
+    if (data.status) return *data.status;
+    received = data.received;
   } else if (phase != kStatus) {
     throw out_of_step(cdb, "phase " + std::to_string(int{phase}));
   }
@@ -132,7 +150,8 @@ std::uint8_t NikonUsbScsi::query_phase(const Cdb& cdb, TimePoint until) {
   }
 }
 
-void NikonUsbScsi::read_data(const Cdb& cdb, std::span<std::byte> in, TimePoint until) {
+NikonUsbScsi::DataPhase NikonUsbScsi::read_data(const Cdb& cdb, std::span<std::byte> in,
+                                                TimePoint until) {
   std::size_t done = 0;
   while (done < in.size()) {
     const std::size_t missing = in.size() - done;
@@ -140,13 +159,27 @@ void NikonUsbScsi::read_data(const Cdb& cdb, std::span<std::byte> in, TimePoint 
     const std::size_t ask = std::min(packets * max_packet_bytes_, kMaxTransferBytes);
     if (staging_.size() < ask) staging_.resize(ask);
     const std::size_t n = usb_.bulk_in(kIn, std::span(staging_).first(ask), remaining(until));
-    // A short transfer is not the end of the data, an empty one is nothing.
-    if (n == 0) throw out_of_step(cdb, "data ended after " + std::to_string(done) + " bytes");
+    const ByteView came = std::span(staging_).first(n);
+    // A short transfer is not the end of the data, unless it ends with a status that says so. An
+    // empty one stands before such a status where the data filled its packets.
+    const std::optional<ScsiReply> early =
+        n < missing ? early_status(came, max_packet_bytes_) : std::nullopt;
+    if (early || n == 0) {
+      const std::size_t used = n == 0 ? 0 : n - kStatusBytes;
+      std::copy_n(staging_.begin(), used, in.begin() + static_cast<std::ptrdiff_t>(done));
+      ScsiReply status = early ? *early : read_status(cdb, until);
+      if (status.good || !status.sense.short_read) {
+        throw out_of_step(cdb, "data ended after " + std::to_string(done) + " bytes");
+      }
+      status.received = done + used;
+      return {status.received, status};
+    }
     // The last packet may be padded to its full size; its tail is dropped.
     const std::size_t used = std::min(n, missing);
     std::copy_n(staging_.begin(), used, in.begin() + static_cast<std::ptrdiff_t>(done));
     done += used;
   }
+  return {done, std::nullopt};
 }
 
 ScsiReply NikonUsbScsi::read_status(const Cdb& cdb, TimePoint until) {
@@ -156,12 +189,7 @@ ScsiReply NikonUsbScsi::read_status(const Cdb& cdb, TimePoint until) {
   if (status != 0x00 && status != 0x02) {
     throw out_of_step(cdb, "status " + hex_of(std::span(packet_).first(kStatusBytes)));
   }
-  ScsiReply reply;
-  reply.good = status == 0x00;
-  const std::uint8_t flags = u8_at(packet_, 1);
-  reply.sense = {static_cast<std::uint8_t>(flags & 0x0F), u8_at(packet_, 2), u8_at(packet_, 3),
-                 u8_at(packet_, 4), (flags & 0x20) != 0};
-  return reply;
+  return reply_of(ByteView(packet_).first(kStatusBytes));
 }
 
 void NikonUsbScsi::resynchronise() {

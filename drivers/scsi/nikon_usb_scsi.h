@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "drivers/scsi/scsi_device.h"
@@ -31,7 +32,12 @@ class NikonUsbScsi final : public ScsiDevice {
   ScsiReply transact(const Cdb& cdb, ByteView out, std::span<std::byte> in, Duration timeout);
   ScsiReply transact_once(const Cdb& cdb, ByteView out, std::span<std::byte> in, TimePoint until);
   std::uint8_t query_phase(const Cdb& cdb, TimePoint until);
-  void read_data(const Cdb& cdb, std::span<std::byte> in, TimePoint until);
+  // What came of a data phase. Less than asked for only when the unit says so in its status.
+  struct DataPhase {
+    std::size_t received = 0;
+    std::optional<ScsiReply> status;  // it came in place of the rest of the data
+  };
+  DataPhase read_data(const Cdb& cdb, std::span<std::byte> in, TimePoint until);
   ScsiReply read_status(const Cdb& cdb, TimePoint until);
   void resynchronise();
   void reset();

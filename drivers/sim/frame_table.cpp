@@ -6,9 +6,13 @@
 
 namespace reseau::sim {
 
-FrameTable::FrameTable(int capacity) : capacity_(capacity) {
+FrameTable::FrameTable(const UnitModel& model, int capacity, std::uint32_t frame_height)
+    : capacity_(capacity),
+      height_(frame_height),
+      pulse_px_(static_cast<std::uint32_t>(model.pulse_px)),
+      step_px_(static_cast<std::uint32_t>(model.thumbnail_step_px)) {
   for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(capacity); ++k) {
-    frames_.push_back({k * static_cast<std::uint32_t>(kFrameHeightPx), 8 * k, 0, 0});
+    frames_.push_back({k * height_, 8 * k, 0, 0});
   }
 }
 
@@ -37,8 +41,8 @@ Bytes FrameTable::perforations_reply(bool swapped) const {
   put24(reply, 4 * n + 1);
   put8(reply, 4);
   for (const std::uint32_t position : line_positions_) {
-    const std::uint32_t pulses = position % 756 / 7;
-    put16(reply, position / 756);
+    const std::uint32_t pulses = position / pulse_px_ % 108;
+    put16(reply, position / pulse_px_ / 108);
     put8(reply, pulses / 22 | (pulses < 54 ? 0x80U : 0U));
     put8(reply, pulses % 22);
   }
@@ -86,7 +90,7 @@ Bytes FrameTable::rectangles_reply() const {
 void FrameTable::index(int n_lines, std::uint32_t film_length) {
   line_positions_.clear();
   for (int line = 0; line < n_lines; ++line) {
-    const auto position = static_cast<std::uint32_t>(line) * kThumbnailStepPx;
+    const auto position = static_cast<std::uint32_t>(line) * step_px_;
     if (position >= film_length) break;
     line_positions_.push_back(position);
   }
@@ -95,8 +99,7 @@ void FrameTable::index(int n_lines, std::uint32_t film_length) {
 std::optional<FrameRecord> FrameTable::frame_of(std::uint32_t address) const {
   std::optional<FrameRecord> best;
   for (const FrameRecord& frame : frames_) {
-    const bool inside = address >= frame.address &&
-                        address < frame.address + static_cast<std::uint32_t>(kFrameHeightPx);
+    const bool inside = address >= frame.address && address < frame.address + height_;
     if (inside && (!best || frame.address > best->address)) best = frame;
   }
   return best;
@@ -107,7 +110,11 @@ bool FrameTable::contains(std::uint32_t address) const { return frame_of(address
 std::uint32_t FrameTable::film_position(std::uint32_t address) const {
   const std::optional<FrameRecord> frame = frame_of(address);
   if (!from_host_ || !frame) return address;
-  return frame->film_position() + (address - frame->address);
+  // Records as at power on stand where they say, whoever sent them.
+  const bool as_at_power_on = frame->pattern == 0 && frame->pulse == 0 &&
+                              frame->address * 8 == frame->perforation * height_;
+  if (as_at_power_on) return address;
+  return frame->film_position(pulse_px_) + (address - frame->address);
 }
 
 }  // namespace reseau::sim

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drivers/sim/sense.h"
+#include "drivers/sim/unit_model.h"
 #include "drivers/sim/wire_bytes.h"
 
 namespace reseau::sim {
@@ -16,16 +17,16 @@ struct FrameRecord {
   std::uint32_t address = 0;  // top of the frame
   std::uint32_t perforation = 0, pattern = 0, pulse = 0;
 
-  // Where these three counts put the film.
-  [[nodiscard]] std::uint32_t film_position() const {
-    return 756 * perforation + 7 * (pulse + 22 * pattern);
+  // Where these three counts put the film: 108 pulses to a perforation.
+  [[nodiscard]] std::uint32_t film_position(std::uint32_t pulse_px) const {
+    return pulse_px * (108 * perforation + pulse + 22 * pattern);
   }
 };
 
 class FrameTable {
  public:
   // As before any thumbnail: capacity frames at the nominal pitch, 8 perforations each.
-  explicit FrameTable(int capacity);
+  FrameTable(const UnitModel& model, int capacity, std::uint32_t frame_height);
 
   // Replies with the six-byte header of the data type.
   [[nodiscard]] Bytes frames_reply() const;
@@ -50,6 +51,7 @@ class FrameTable {
   std::vector<FrameRecord> frames_;
   Bytes rectangles_;  // empty: none were sent
   int capacity_;
+  std::uint32_t height_, pulse_px_, step_px_;
   bool from_host_ = false;
   std::vector<std::uint32_t> line_positions_;  // one per counted thumbnail line
 };

@@ -8,7 +8,7 @@
 namespace reseau::sim {
 namespace {
 
-constexpr int kBandLines = 128;  // even: a two-line record never straddles two bands
+constexpr int kBandLines = 128;
 
 }  // namespace
 
@@ -20,7 +20,10 @@ ImageStream::ImageStream(const ScanLayout& layout, std::shared_ptr<const Film> f
       sensor_(sensor),
       pass_(pass),
       tables_(std::move(tables)),
-      renderer_(std::move(film), optics, window, geometry) {}
+      renderer_(std::move(film), optics, window, geometry),
+      // Whole blocks, so that a record never straddles two bands.
+      band_lines_((kBandLines + layout.lines_per_block() - 1) / layout.lines_per_block() *
+                  layout.lines_per_block()) {}
 
 ImageStream::~ImageStream() {
   if (ahead_.valid()) ahead_.wait();
@@ -30,7 +33,7 @@ ImageStream::Band ImageStream::render(int first_line) const {
   const ScanWindow& window = renderer_.window();
   Band band;
   band.first_line = first_line;
-  band.n_lines = std::min(kBandLines, window.n_lines - first_line);
+  band.n_lines = std::min(band_lines_, window.n_lines - first_line);
   const std::size_t size = static_cast<std::size_t>(band.n_lines) * kChannels *
                            static_cast<std::size_t>(window.width_px);
   std::vector<float> light(size);
@@ -49,10 +52,10 @@ const ImageStream::Band& ImageStream::band_of(int line) {
     return line >= band.first_line && line < band.first_line + band.n_lines;
   };
   if (inside(band_)) return band_;
-  const int first = line / kBandLines * kBandLines;
+  const int first = line / band_lines_ * band_lines_;
   band_ = ahead_.valid() ? ahead_.get() : Band{};
   if (!inside(band_)) band_ = render(first);
-  const int next = first + kBandLines;
+  const int next = first + band_lines_;
   if (next < renderer_.window().n_lines) {
     ahead_ = std::async(std::launch::async, [this, next] { return render(next); });
   }
@@ -85,9 +88,9 @@ void ImageStream::append_plane(const Band& band, int reading, std::size_t plane,
   const std::vector<std::uint16_t>& values = band.readings[static_cast<std::size_t>(reading)];
   const std::vector<std::uint16_t>& table = tables_[plane];
   const int per_record = layout_.lines_per_record();
-  const std::uint16_t* rows[2] = {nullptr, nullptr};
+  const std::uint16_t* rows[3] = {nullptr, nullptr, nullptr};
   for (int k = 0; k < per_record; ++k) {
-    const auto line = static_cast<std::size_t>(first_line + k - band.first_line);
+    const auto line = static_cast<std::size_t>(first_line + k * layout_.gap - band.first_line);
     rows[k] = values.data() + (line * kChannels + plane) * width;
   }
   const bool two_bytes = layout_.bytes_per_sample() == 2;
@@ -108,7 +111,8 @@ void ImageStream::append_plane(const Band& band, int reading, std::size_t plane,
 }
 
 void ImageStream::append_record(int record, Bytes& to) {
-  const int first_line = record * layout_.lines_per_record();
+  // Of the block's records every one begins a line later.
+  const int first_line = record / layout_.gap * layout_.lines_per_block() + record % layout_.gap;
   const Band& band = band_of(first_line);
   for (int r = 0; r < layout_.readings; ++r) {
     const std::size_t n_planes = r == 0 ? layout_.planes.size() : layout_.visible_planes();

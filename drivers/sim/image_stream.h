@@ -50,6 +50,7 @@ class ImageStream {
   SensorPass pass_;
   LookupTables tables_;
   ScanRenderer renderer_;
+  int band_lines_;
   int next_record_ = 0;
   std::uint16_t pad_counter_ = 0;
   Band band_;

@@ -7,21 +7,22 @@
 namespace reseau::sim {
 namespace {
 
-bool listed(ByteView page_e1, std::uint8_t code) {
+bool listed(ByteView groups, std::uint8_t code) {
   if (code < 0x80 || code >= 0xe0) return false;
-  const std::size_t group = 20 + 2 * (static_cast<std::size_t>(code >> 4) - 8);
-  return (page_e1[group] >> (code & 0x0f) & 1) != 0;
+  const std::size_t group = 2 * (static_cast<std::size_t>(code >> 4) - 8);
+  return (groups[group] >> (code & 0x0f) & 1) != 0;
 }
 
 }  // namespace
 
-std::optional<std::size_t> operation_min_bytes(ByteView page_e1, std::uint8_t code) {
-  if (!listed(page_e1, code)) return std::nullopt;
+std::optional<std::size_t> operation_min_bytes(ByteView groups, std::uint8_t code) {
+  if (!listed(groups, code)) return std::nullopt;
   switch (code) {
     case kOpInitialise:
     case kOpOrigin:
     case kOpShading:
     case kOpUnload:
+    case kOpLoad:
       return 0;
     case kOpAutofocus:
     case kOpUnloadTimer:
@@ -39,11 +40,12 @@ OperationParameters parse_operation(std::uint8_t code, ByteView data) {
   return {code, get32(padded, 1), get32(padded, 5)};
 }
 
-Sense check_operation(const OperationParameters& p, std::uint32_t max_address) {
+Sense check_operation(const OperationParameters& p, const UnitModel& model,
+                      std::uint32_t max_address) {
   bool allowed = true;
   switch (p.code) {
     case kOpAutofocus:
-      allowed = p.first < kSensorPx && p.second <= max_address;
+      allowed = p.first < static_cast<std::uint32_t>(model.sensor_px) && p.second <= max_address;
       break;
     case kOpUnloadTimer:
       allowed = p.first >= 60 && p.first <= 3600 && p.second <= 1;
@@ -53,7 +55,7 @@ Sense check_operation(const OperationParameters& p, std::uint32_t max_address) {
       allowed = p.first <= max_address;
       break;
     case kOpMoveFocus:
-      allowed = p.first <= kFocusMax;
+      allowed = p.first <= static_cast<std::uint32_t>(model.focus_max);
       break;
     case kOpFocusAtLoad:
     case kOpLock:

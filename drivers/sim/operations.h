@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "drivers/sim/sense.h"
+#include "drivers/sim/unit_model.h"
 #include "drivers/sim/wire_bytes.h"
 
 namespace reseau::sim {
@@ -20,6 +21,7 @@ inline constexpr std::uint8_t kOpUnloadTimer = 0xb4;
 inline constexpr std::uint8_t kOpMoveStage = 0xc0;
 inline constexpr std::uint8_t kOpMoveFocus = 0xc1;
 inline constexpr std::uint8_t kOpUnload = 0xd0;
+inline constexpr std::uint8_t kOpLoad = 0xd1;
 inline constexpr std::uint8_t kOpPosition = 0xd2;
 inline constexpr std::uint8_t kOpLock = 0xd6;
 inline constexpr std::size_t kMaxParameterBytes = 0x0d;
@@ -29,10 +31,11 @@ struct OperationParameters {
   std::uint32_t first = 0, second = 0;
 };
 
-// Fewest bytes of parameters, or empty when the page E1 of the unit does not list the operation.
-[[nodiscard]] std::optional<std::size_t> operation_min_bytes(ByteView page_e1, std::uint8_t code);
+// Fewest bytes of parameters, or empty when the unit does not list the operation. groups: as
+// operation_groups() gives them.
+[[nodiscard]] std::optional<std::size_t> operation_min_bytes(ByteView groups, std::uint8_t code);
 // Missing bytes count as zero. kBadParameter outside the ranges; max_address: last film address.
-[[nodiscard]] Sense check_operation(const OperationParameters& parameters,
+[[nodiscard]] Sense check_operation(const OperationParameters& parameters, const UnitModel& model,
                                     std::uint32_t max_address);
 [[nodiscard]] OperationParameters parse_operation(std::uint8_t code, ByteView data);
 

@@ -73,8 +73,9 @@ struct SensorSpec {
   int line_origin_px = 0;  // optical line that the first of them exposes
   // Error of the place of the second and, twofold, the third line.
   double stagger_x_px = 0, stagger_y_px = 0;
-  double line_gain = 0;      // relative gain of the second line, minus that of the third
-  double line_response = 0;  // 0 equal lines, 1 lines that differ as an LS-5000's curves say
+  double line_gain = 0;       // relative gain of the second line, minus that of the third
+  bool one_response = false;  // every channel's lines differ as green's do
+  double line_response = 0;   // 0 equal lines, 1 lines that differ as an LS-5000's curves say
 };
 
 // Whether anything is asked for that the plain Gaussian with a square aperture does not hold.

@@ -1,5 +1,6 @@
 #include "drivers/sim/pages.h"
 
+#include <string>
 #include <string_view>
 
 namespace reseau::sim {
@@ -23,34 +24,118 @@ Bytes name_page(std::uint8_t code, std::string_view name) {
   return page(code, body);
 }
 
+std::string_view adapter_page_code(AdapterKind kind) {
+  switch (kind) {
+    case AdapterKind::kSa30:
+      return "47";
+    case AdapterKind::kAps:
+      return "43";
+    case AdapterKind::kFeeder:
+      return "45";
+    case AdapterKind::kMount:
+      return "10";
+    default:
+      return "46";
+  }
+}
+
+std::string_view adapter_name(const AdapterState& adapter) {
+  if (adapter.holder()) return "SL-1";
+  switch (adapter.kind) {
+    case AdapterKind::kSa30:
+      return "36Strip";
+    case AdapterKind::kAps:
+      return "240";
+    case AdapterKind::kFeeder:
+      return "Feeder";
+    case AdapterKind::kMount:
+      return "Mount";
+    default:
+      return "6Strip";
+  }
+}
+
 Bytes page_list(const UnitModel& model, const AdapterState& adapter) {
-  const char* const adapter_page = adapter.roll ? "47" : "46";
-  const Bytes first = from_hex("00014041");
-  const Bytes ls5000 = from_hex("5051606162C1D1E1E3F0F8E2FBFC");
-  const Bytes ls50 = from_hex("50516061C1D1E1F0E2F8FBFC");
-  Bytes body = first;
-  append(body, from_hex(adapter_page));
-  append(body, model.has_ccd_curves ? ls5000 : ls50);
+  if (adapter.kind == AdapterKind::kNone) return page(0x00, from_hex("00C1FBFC"));
+  std::string codes(model.page_list);
+  const std::size_t mark = codes.find("AA");
+  if (mark != std::string::npos) codes.replace(mark, 2, adapter_page_code(adapter.kind));
+  Bytes body = from_hex(codes);
+  // The unload timer's page belongs to strip film.
+  if (!adapter.holder() && !adapter.strip()) std::erase(body, std::uint8_t{0xe2});
   return page(0x00, body);
 }
 
 Bytes addresses_page(const UnitModel& model, const AdapterState& adapter) {
-  Bytes p = from_hex(
-      "06C10053 03 003D 000F 0000 0100 01 01 00 03 31 0FA0 0FA0 005A 00000000 00000000 00000000 "
-      "00000F6A 0FA0 0FA0 005A 00000000 00000000 00000000 00001747 00001747 00000000 0061 0061 "
-      "28 00 0000 0143 0000 10 0F6A 01 02");
+  Bytes p = from_hex(model.page_c1);
   set16(p, 5, static_cast<std::uint32_t>(model.descriptor_list_bytes));
-  if (!model.multi_reading) {
-    set16(p, 11, 0x0040);
-    p[16] = 0x01;
-    p[85] = 0x00;
-    p[86] = 0x01;
+  if (adapter.holder()) return p;
+  if (adapter.kind == AdapterKind::kNone) {
+    p[3] = 12;  // ends before any address
+    p.resize(16);
+    return p;
   }
+  set32(p, 36, adapter.max_width());
   set32(p, 46, adapter.max_y_origin());
+  set32(p, 58, adapter.frame_height());
   p[74] = static_cast<std::uint8_t>(adapter.capacity());
   p[75] = static_cast<std::uint8_t>(adapter.frames_present());
-  p[82] = static_cast<std::uint8_t>(model.adc_bits);
+  if (adapter.kind == AdapterKind::kAps) {
+    p[4] = 0x0b;
+    p[16] |= 0x10;
+    p[17] = 0x35;
+    set32(p, 62, adapter.frame_height());
+  } else if (!adapter.strip()) {
+    p[17] = adapter.kind == AdapterKind::kFeeder ? 0x32 : 0x22;
+    set32(p, 62, 0);
+    set16(p, 70, 0);
+    set16(p, 72, 0);
+  }
   return p;
+}
+
+Bytes abilities_page(const UnitModel& model, const AdapterState& adapter) {
+  Bytes p = from_hex(model.page_d1);
+  // Without a strip there is nothing to take thumbnails of.
+  if (!adapter.holder() && !adapter.strip()) p[4] = 0x01;
+  return p;
+}
+
+Bytes duties_page(const UnitModel& model, const AdapterState& adapter) {
+  Bytes p = from_hex(model.page_e1);
+  if (adapter.holder()) return p;
+  switch (adapter.kind) {
+    case AdapterKind::kMount:
+      p[9] &= 0xbf;                                              // no perforations
+      p[10] = static_cast<std::uint8_t>((p[10] & 0xfc) | 0x04);  // no frame table; factory WB
+      p[22] = 0x02;
+      p[26] &= 0xef;
+      p[30] = 0x00;
+      break;
+    case AdapterKind::kAps:
+      p[10] &= 0xfc;
+      p[30] = 0x07;
+      break;
+    case AdapterKind::kFeeder:
+      p[9] &= 0xbf;
+      p[10] &= 0xfc;
+      p[30] = 0x23;
+      break;
+    default:
+      break;
+  }
+  return p;
+}
+
+Bytes frames_page(const AdapterState& adapter) {
+  // One frame whose length a strip holder does not know, as seen with 6 x 9 film.
+  Bytes body;
+  put8(body, 1);
+  put32(body, adapter.model->sensor_px > static_cast<int>(adapter.max_width()) ? 0x0206 : 0);
+  put32(body, static_cast<std::uint32_t>(adapter.holder_top()));
+  put32(body, adapter.max_width());
+  put32(body, 0);
+  return page(0xc8, body);
 }
 
 // Pages no program interprets, as recorded.
@@ -61,9 +146,11 @@ std::optional<Bytes> service_page(const UnitModel& model, std::uint8_t code) {
       return from_hex("06E2001A 01 B4 0000003C 00000E10 00000000 00000001 00000000 00000000");
     case 0xe3:
       if (!ls5000) return std::nullopt;
-      return from_hex(
-          "06E3002D 0701 0FA0 01 02 13 0000 0083 0106 0189 020C 028F 051F 0A3D 0CCC 1999 3333 4CCC "
-          "6666 7FFF 9999 B332 CCCC E665 F332");
+      // Of an LS-9000 only the length of its curves is known: ten types stand in.
+      return from_hex(std::string(model.sensor_lines > 2 ? "06E3002D 0701 0FA0 01 0A 13"
+                                                         : "06E3002D 0701 0FA0 01 02 13") +
+                      "  0000 0083 0106 0189 020C 028F 051F 0A3D 0CCC 1999 3333 4CCC "
+                      "6666 7FFF 9999 B332 CCCC E665 F332");
     case 0xf0:
       return from_hex(
           "06F00031 0340 0000 0000 0000 1E67 09C4 1770 0100 1241 0000 0000 0000 024A 0258 0258 "
@@ -81,6 +168,63 @@ std::optional<Bytes> service_page(const UnitModel& model, std::uint8_t code) {
 }
 
 }  // namespace
+
+int AdapterState::capacity() const {
+  switch (kind) {
+    case AdapterKind::kSa30:
+    case AdapterKind::kAps:
+      return 40;
+    case AdapterKind::kSa21:
+      return holder() ? 1 : 6;
+    default:
+      return 1;
+  }
+}
+
+int AdapterState::frames_present() const {
+  if (!film_present) return 0;
+  return counted_frames > 0 ? counted_frames : capacity();
+}
+
+std::uint32_t AdapterState::frame_height() const {
+  const int optical = model->optical_dpi;
+  if (kind == AdapterKind::kAps) return static_cast<std::uint32_t>(4453 * optical / 4000);
+  if (holder()) return get32(from_hex(model->page_c1), 58);
+  return static_cast<std::uint32_t>(strip() ? model->frame_height_px : model->mount_height_px);
+}
+
+std::uint32_t AdapterState::max_width() const {
+  if (holder()) return get32(from_hex(model->page_c1), 36);
+  if (kind == AdapterKind::kAps) {
+    return static_cast<std::uint32_t>(2916 * model->optical_dpi / 4000);
+  }
+  return static_cast<std::uint32_t>(model->sensor_px);
+}
+
+std::uint32_t AdapterState::x_end() const {
+  return holder() ? static_cast<std::uint32_t>(model->sensor_px) : max_width();
+}
+
+std::uint32_t AdapterState::max_y_origin() const {
+  if (holder()) return get32(from_hex(model->page_c1), 46);
+  if (!strip()) return frame_height() - 1;
+  if (!film_present) return 0;
+  const auto frames = static_cast<std::uint32_t>(frames_present());
+  if (kind == AdapterKind::kAps) return frames * frame_height() - 1;
+  return (frames + 2) * frame_height();
+}
+
+int AdapterState::holder_top() const {
+  return holder() && model->page_c1.starts_with("06C10057") ? 0x08bc : 0;
+}
+
+Bytes operation_groups(const UnitModel& model, const AdapterState& adapter) {
+  // Units without page E1 focus and eject, too.
+  if (model.page_e1.empty()) return from_hex("0300 0000 0100 0000 0300 0100 0000 0000");
+  const Bytes p = duties_page(model, adapter);
+  const auto end = p.end() - 3;  // what follows the groups
+  return {end - 16, end};
+}
 
 Bytes standard_inquiry(const UnitModel& model) {
   Bytes reply = from_hex("06 80 02 02 1F 00 00 00");
@@ -101,7 +245,17 @@ std::optional<Bytes> vital_page(const UnitModel& model, const AdapterState& adap
     case 0x00:
       return page_list(model, adapter);
     case 0x01:
-      return name_page(code, adapter.roll ? "36Strip" : "6Strip");
+      if (adapter.kind == AdapterKind::kNone) return std::nullopt;
+      return name_page(code, adapter_name(adapter));
+    case 0x10:
+      if (adapter.kind != AdapterKind::kMount && !adapter.holder()) return std::nullopt;
+      return name_page(code, adapter.holder() ? "Unknown" : "FH3");
+    case 0x18:
+      if (!adapter.holder()) return std::nullopt;
+      return name_page(code, "FH-869G");
+    case 0xc8:
+      if (!adapter.holder()) return std::nullopt;
+      return frames_page(adapter);
     case 0x40:
       return name_page(code, "SCAN Motor");
     case 0x41:
@@ -117,9 +271,11 @@ std::optional<Bytes> vital_page(const UnitModel& model, const AdapterState& adap
     case 0xc1:
       return addresses_page(model, adapter);
     case 0xd1:
-      return from_hex(model.page_d1);
+      if (model.page_d1.empty() || adapter.kind == AdapterKind::kNone) return std::nullopt;
+      return abilities_page(model, adapter);
     case 0xe1:
-      return from_hex(model.page_e1);
+      if (model.page_e1.empty() || adapter.kind == AdapterKind::kNone) return std::nullopt;
+      return duties_page(model, adapter);
     default:
       return service_page(model, code);
   }

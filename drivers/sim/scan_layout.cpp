@@ -18,8 +18,9 @@ std::size_t plane_of_window(int id) {
   }
 }
 
-std::size_t pad_to_packet(std::size_t bytes) {
-  const auto packet = static_cast<std::size_t>(kPacketBytes);
+std::size_t pad_to_packet(std::size_t bytes, int packet_bytes) {
+  if (packet_bytes == 0) return 0;
+  const auto packet = static_cast<std::size_t>(packet_bytes);
   return (packet - bytes % packet) % packet;
 }
 
@@ -73,12 +74,14 @@ CooperationRequest average_request(const ScanLayout& layout) {
 }
 
 CooperationRequest padding_request(const ScanLayout& layout) {
-  const Sense sense{0x09, 0x80, 0x06, 0x01};
+  // Without packets the fourth code is 0, as an LS-9000 has it.
+  const Sense sense{0x09, 0x80, 0x06, static_cast<std::uint8_t>(layout.packet_bytes > 0 ? 1 : 0)};
   Bytes record = begin_record(0x06, sense, 27);
-  const std::size_t per_line = layout.two_lines ? 2 : 1;  // the record counts film lines
+  // The record counts film lines.
+  const auto per_line = static_cast<std::size_t>(layout.sensor_lines);
   const bool infrared_once = layout.readings > 1 && layout.planes.back() == 3;
   const std::size_t main_pad = layout.readings > 1 ? layout.other_pad : layout.first_pad;
-  const int surplus = layout.n_records() * layout.lines_per_record() - layout.n_lines;
+  const int surplus = layout.wire_lines() - layout.top_lines - layout.n_lines;
   if (layout.plane_pad > 0) {
     record[5] |= 0x01;
     set16(record, 7, static_cast<std::uint32_t>(layout.plane_pad));
@@ -88,6 +91,10 @@ CooperationRequest padding_request(const ScanLayout& layout) {
   if (infrared_once) {
     record[5] |= 0x20;
     set16(record, 17, static_cast<std::uint32_t>(layout.first_pad / per_line));
+  }
+  if (layout.top_lines > 0) {
+    record[5] |= 0x40;
+    set16(record, 19, static_cast<std::uint32_t>(layout.top_lines));
   }
   if (surplus > 0) {
     record[5] |= 0x80;
@@ -99,12 +106,24 @@ CooperationRequest padding_request(const ScanLayout& layout) {
 CooperationRequest thumbnail_request(const ScanLayout& layout) {
   const Sense sense{0x09, 0x80, 0x01, 0x06};
   Bytes record = begin_record(0x01, sense, 18);
-  const int lines_per_frame = kFrameHeightPx / kThumbnailPitch;
+  const int lines_per_frame = layout.frame_lines;
   const int frames = layout.n_lines / lines_per_frame - 2;  // the window is two frames longer
   set16(record, 5, static_cast<std::uint32_t>(layout.plane_bytes * layout.planes.size()));
   set16(record, 7, static_cast<std::uint32_t>(std::max(frames, 1) * lines_per_frame));
   record[9] = static_cast<std::uint8_t>(layout.depth_bits);
   set16(record, 10, static_cast<std::uint32_t>(lines_per_frame));
+  return {sense, record_reply(record)};
+}
+
+CooperationRequest register_request(const ScanLayout& layout) {
+  const Sense sense{0x09, 0x80, 0x04, 0x01};
+  Bytes record = begin_record(0x04, sense, 18);
+  set16(record, 5, static_cast<std::uint32_t>(layout.plane_bytes * layout.planes.size()));
+  set16(record, 7, static_cast<std::uint32_t>(layout.n_lines));
+  record[9] = static_cast<std::uint8_t>(layout.depth_bits);
+  set16(record, 10, static_cast<std::uint32_t>(layout.n_lines));
+  record[12] = static_cast<std::uint8_t>(layout.readings);
+  set16(record, 13, static_cast<std::uint32_t>(layout.gap));
   return {sense, record_reply(record)};
 }
 
@@ -124,29 +143,44 @@ std::size_t ScanLayout::record_bytes() const {
   return plane * planes.size() + first_pad + others * (plane * visible_planes() + other_pad);
 }
 
-std::variant<ScanLayout, Sense> plan_scan(const UnitModel& model, const WindowStore& windows,
-                                          const std::vector<int>& ids, int mud) {
+std::variant<ScanLayout, Sense> plan_scan(const UnitModel& model, const AdapterState& adapter,
+                                          const WindowStore& windows, const std::vector<int>& ids,
+                                          int mud, int packet_bytes) {
   if (ids.empty()) return kBadSequence;
   if (const Sense sense = check_list(windows, ids); !sense.good()) return sense;
   const Window& window = *windows.find(ids[0]);
-  const auto optical = [mud](std::uint32_t v) {
-    return static_cast<int>(static_cast<std::uint64_t>(v) * kOpticalDpi /
+  const auto optical = [mud, &model](std::uint32_t v) {
+    return static_cast<int>(static_cast<std::uint64_t>(v) *
+                            static_cast<std::uint64_t>(model.optical_dpi) /
                             static_cast<std::uint64_t>(mud));
   };
   ScanLayout layout;
   layout.window_ids = ids;
+  layout.packet_bytes = packet_bytes;
   layout.thumbnail = window.thumbnail();
-  layout.pitch = layout.thumbnail ? kThumbnailPitch : pitch_for_dpi(model, window.x_dpi());
+  layout.pitch = layout.thumbnail ? model.thumbnail_pitch() : pitch_for_dpi(model, window.x_dpi());
+  layout.frame_lines = static_cast<int>(adapter.frame_height()) / model.thumbnail_pitch();
   layout.x_px = optical(window.x_origin());
   layout.y_px = optical(window.y_origin());
   layout.width_px = optical(window.width()) / layout.pitch;
   layout.n_lines = optical(window.height()) / layout.pitch;
   layout.depth_bits = window.depth_bits();
   layout.readings = window.readings();
-  layout.two_lines = window.two_lines();
   if (layout.width_px < 1 || layout.n_lines < 1) return kBadParameter;
-  // The two sensor lines lie one optical line apart.
-  if (layout.two_lines && layout.pitch != 1) return kBadCombination;
+  if (window.multi_line()) {
+    if (model.line_gap % layout.pitch != 0) return kBadCombination;
+    layout.sensor_lines = model.sensor_lines;
+    layout.gap = model.line_gap / layout.pitch;
+    layout.curves = model.has_ccd_curves;
+    if (layout.sensor_lines == 2) {
+      // Its sensor lines begin at even film lines.
+      layout.top_lines = layout.y_px % 2;
+      layout.y_px -= layout.top_lines;
+    } else if (layout.n_lines % layout.lines_per_block() != 0 ||
+               layout.x_px % model.line_gap != 0) {
+      return kBadCombination;  // whole blocks only
+    }
+  }
   for (const int id : ids) {
     layout.planes.push_back(plane_of_window(id));
     layout.exposure[plane_of_window(id)] = windows.find(id)->exposure();
@@ -155,25 +189,26 @@ std::variant<ScanLayout, Sense> plan_scan(const UnitModel& model, const WindowSt
 
   const int plane_bytes = layout.width_px * layout.bytes_per_sample() * layout.lines_per_record();
   layout.plane_bytes = static_cast<std::size_t>(plane_bytes);
-  layout.plane_pad = layout.plane_bytes % 2;
+  layout.plane_pad = model.even_planes ? layout.plane_bytes % 2 : 0;
   const std::size_t plane = layout.plane_bytes + layout.plane_pad;
   // Every film line is padded by itself, also where two share a record.
   const auto lines = static_cast<std::size_t>(layout.lines_per_record());
-  layout.first_pad = lines * pad_to_packet(plane * layout.planes.size() / lines);
-  layout.other_pad = lines * pad_to_packet(plane * layout.visible_planes() / lines);
+  layout.first_pad = lines * pad_to_packet(plane * layout.planes.size() / lines, packet_bytes);
+  layout.other_pad = lines * pad_to_packet(plane * layout.visible_planes() / lines, packet_bytes);
   return layout;
 }
 
 std::vector<CooperationRequest> cooperation_requests(const ScanLayout& layout) {
   std::vector<CooperationRequest> requests;
   if (layout.readings > 1) requests.push_back(average_request(layout));
-  const bool surplus = layout.n_lines % layout.lines_per_record() != 0;
+  if (layout.sensor_lines > 2) requests.push_back(register_request(layout));
+  const bool surplus = layout.wire_lines() != layout.n_lines;
   const bool later_pad = layout.readings > 1 && layout.other_pad > 0;
   if (layout.first_pad > 0 || later_pad || layout.plane_pad > 0 || surplus) {
     requests.push_back(padding_request(layout));
   }
   if (layout.thumbnail) requests.push_back(thumbnail_request(layout));
-  if (layout.two_lines) requests.push_back(curve_request());
+  if (layout.curves) requests.push_back(curve_request());
   return requests;
 }
 

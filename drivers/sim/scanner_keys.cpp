@@ -100,7 +100,7 @@ const std::vector<NumberKey>& scanner_keys() {
       {"line_gain", -0.5, 0.5, false, "gain of the second line over the first, relative",
        [](SimSpec& s, double v) { s.sensor.line_gain = v; }},
       {"line_response", 0, 1, false, "0 equal lines, 1 as an LS-5000's curves differ",
-       [](SimSpec& s, double v) { s.sensor.line_response = v; }},
+       [](SimSpec& s, double v) { s.sensor.line_response = s.unit.line_response = v; }},
   };
   return keys;
 }

@@ -53,7 +53,7 @@ class PixelLine {
  public:
   PixelLine(const SensorSpec& sensor, const ScanWindow& window, const SensorPass& pass, int line,
             std::size_t channel)
-      : response_(channel, line, sensor.line_response) {
+      : response_(sensor.one_response ? 1 : channel, line, sensor.line_response) {
     constexpr std::array<double, 3> kGainSign{0, 1, -1};
     const std::vector<float>& normal = normal_table();
     const double averaged = 1 / std::sqrt(static_cast<double>(window.pitch));

@@ -1,9 +1,9 @@
 #include "drivers/sim/sensor_curves.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/check.h"
-#include "drivers/sim/wire_bytes.h"
 
 namespace reseau::sim {
 namespace {
@@ -33,6 +33,23 @@ constexpr std::size_t kType = 1;  // the type that record 7 of a two-line scan n
 std::string_view recorded_curves(std::size_t channel) {
   CHECK(channel < kCurveData.size());
   return kCurveData[channel];
+}
+
+Bytes curve_data(std::size_t channel, int sensor_lines, int types, double strength) {
+  const Bytes recorded = from_hex(recorded_curves(channel));
+  Bytes data;
+  for (int line = 0; line < sensor_lines; ++line) {
+    const double share = line == 0 ? 0 : line == 1 ? strength : strength / 2;
+    for (int type = 0; type < types; ++type) {
+      for (std::size_t k = 0; k < kCurvePoints; ++k) {
+        const std::size_t at = 2 * (static_cast<std::size_t>(type % 2) * kCurvePoints + k);
+        const double first = get16(recorded, at);
+        const double second = get16(recorded, at + 4 * std::size_t{kCurvePoints});
+        put16(data, static_cast<std::uint32_t>(std::lround(first + share * (second - first))));
+      }
+    }
+  }
+  return data;
 }
 
 LineResponse::LineResponse(std::size_t channel, int line, double strength)

@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "drivers/sim/sim_key.h"
+#include "drivers/sim/unit_model.h"
 
 namespace reseau::sim {
 namespace {
@@ -26,9 +27,13 @@ const std::vector<WordKey>& word_keys() {
        {{"coolscan", set_coolscan}, {"plain", [](SimSpec& s) { s.optics = {}, s.stage = {}; }}},
        "lens, apertures and stage as measured, or Gaussians under a perfect stage; goes first"},
       {"adapter",
-       {{"sa21", [](SimSpec& s) { s.unit.adapter = AdapterKind::kSa21; }},
-        {"sa30", [](SimSpec& s) { s.unit.adapter = AdapterKind::kSa30; }}},
-       "strip film adapter: up to 6 frames, or a roll"},
+       {{"none", [](SimSpec& s) { s.unit.adapter = AdapterKind::kNone; }},
+        {"sa21", [](SimSpec& s) { s.unit.adapter = AdapterKind::kSa21; }},
+        {"sa30", [](SimSpec& s) { s.unit.adapter = AdapterKind::kSa30; }},
+        {"mount", [](SimSpec& s) { s.unit.adapter = AdapterKind::kMount; }},
+        {"aps", [](SimSpec& s) { s.unit.adapter = AdapterKind::kAps; }},
+        {"feeder", [](SimSpec& s) { s.unit.adapter = AdapterKind::kFeeder; }}},
+       "strip of up to 6 frames, roll, slide mount, APS, slide feeder, or nothing"},
   };
   return keys;
 }
@@ -77,6 +82,21 @@ const std::vector<Key>& number_keys() {
        [](SimSpec& s, double v) { s.unit.stall_after = as_int(v); }},
       {"silent_after", 0, 1e9, true, "transfers until the unit stops answering (0 = never)",
        [](SimSpec& s, double v) { s.unit.silent_after = as_int(v); }},
+      {"timeout_after", 0, 1e9, true, "transfers until one gets no answer in time (0 = never)",
+       [](SimSpec& s, double v) { s.unit.timeout_after = as_int(v); }},
+      {"short_after", 0, 1e9, true, "transfers until half of one is lost (0 = never)",
+       [](SimSpec& s, double v) { s.unit.short_after = as_int(v); }},
+      {"garbage_after", 0, 1e9, true, "statuses until one is noise (0 = never)",
+       [](SimSpec& s, double v) { s.unit.garbage_after = as_int(v); }},
+      {"full_speed", 0, 1, true, "behind a cable or hub of full speed",
+       [](SimSpec& s, double v) { s.unit.full_speed = v != 0; }},
+      {"early_end", 0, 1, true, "a thumbnail ends with the film",
+       [](SimSpec& s, double v) { s.unit.early_end = v != 0; }},
+      {"lost_commands", 0, 100000, true,
+       "of so many commands one is answered busy and lost (LS-40)",
+       [](SimSpec& s, double v) { s.unit.lost_commands = as_int(v); }},
+      {"slides", 0, 50, true, "in the magazine of adapter=feeder",
+       [](SimSpec& s, double v) { s.unit.feeder_slides = as_int(v); }},
   };
   return keys;
 }
@@ -205,9 +225,16 @@ SimSpec parse_sim_spec(std::string_view name, ScenePicture picture) {
   const std::size_t mark = name.find('?');
   SimSpec spec;
   spec.model = std::string(name.substr(0, mark));
+  // The film lies under this unit's pixels.
+  if (const UnitModel* const model = find_unit_model(spec.model)) {
+    spec.film.frame.width_px = model->sensor_px;
+    spec.film.frame.height_px = model->frame_height_px;
+    spec.film.frame.pixel_um = spec.optics.pixel_um = 25400.0 / model->optical_dpi;
+  }
   const std::string_view settings = mark == std::string_view::npos ? "" : name.substr(mark + 1);
   // First what sets several values that other keys may change.
   for (const bool choices : {true, false}) apply_all(spec, settings, choices);
+  spec.optics.pixel_um = spec.film.frame.pixel_um;
   check_together(spec);
   if (picture == ScenePicture::kLoad) load_picture(spec.film);
   return spec;

@@ -10,7 +10,8 @@
 
 namespace reseau::sim {
 
-enum class AdapterKind { kDefault, kSa21, kSa30 };  // default: the LS-5000 has an SA-30
+// Default: the LS-5000 has an SA-30, the other units with adapters an SA-21.
+enum class AdapterKind { kDefault, kNone, kSa21, kSa30, kMount, kAps, kFeeder };
 
 // Faults and habits of the simulated unit. Counts are of bulk transfers since opening; 0 = never.
 struct UnitSpec {
@@ -26,6 +27,14 @@ struct UnitSpec {
   int unplug_after = 0;        // from this transfer on the unit is gone
   int stall_after = 0;         // this one transfer stalls
   int silent_after = 0;        // from this transfer on IN times out
+  int timeout_after = 0;       // this one transfer gets no answer in time
+  int short_after = 0;         // of this one transfer half arrives
+  int garbage_after = 0;       // the status of this one is noise
+  bool full_speed = false;     // behind a cable or hub of full speed
+  bool early_end = false;      // a thumbnail ends with the film
+  int lost_commands = 0;       // of so many, the first is answered "busy" and lost (LS-40)
+  int feeder_slides = 10;      // in the magazine
+  double line_response = 1;    // how far the lines of a sensor differ, as SensorSpec has it
 };
 
 struct SimSpec {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string_view>
 
+#include "drivers/scsi/sg_node.h"
 #include "drivers/sim/sim_spec.h"
 #include "drivers/usb/usb_transport.h"
 
@@ -14,5 +15,9 @@ namespace reseau::sim {
 [[nodiscard]] std::unique_ptr<UsbTransport> open_simulated_unit(const SimSpec& spec);
 // The same from a device name such as "sim:ls5000?film=dufay"; throws InputError.
 [[nodiscard]] std::unique_ptr<UsbTransport> open_simulated_unit(std::string_view name);
+
+// Whether the model stands behind the kernel's SCSI node instead of USB.
+[[nodiscard]] bool is_scsi_model(const SimSpec& spec);
+[[nodiscard]] std::unique_ptr<SgNode> open_simulated_sg(const SimSpec& spec);
 
 }  // namespace reseau::sim

@@ -52,27 +52,44 @@ LookupTables old_luts(const UnitModel& model) {
 
 }  // namespace
 
-Unit::Unit(const SimSpec& spec)
+Unit::Unit(const SimSpec& spec, int packet_bytes)
     : spec_(spec),
       model_(&unit_model(spec.model)),
+      packet_bytes_(packet_bytes),
       film_(make_film(spec.film)),
       windows_(*model_),
-      frames_(1) {
-  adapter_.roll = spec.unit.adapter == AdapterKind::kSa30 ||
-                  (spec.unit.adapter == AdapterKind::kDefault && model_->multi_reading);
+      frames_(*model_, 1, 1) {
+  adapter_.model = model_;
+  adapter_.kind = spec.unit.adapter;
+  if (spec.unit.adapter == AdapterKind::kDefault) {
+    const bool roll = model_->sensor_lines == 2;
+    adapter_.kind = roll ? AdapterKind::kSa30 : AdapterKind::kSa21;
+  }
+  slides_left_ = spec.unit.feeder_slides;
   if (spec.unit.old_lut && model_->has_lut) luts_ = old_luts(*model_);
   power_on();
   film_polls_ = spec.unit.film_arrives_polls;
-  if (film_polls_ == 0 && spec.film.kind != FilmKind::kEmpty) insert_film();
+  const bool waits = adapter_.kind == AdapterKind::kFeeder || adapter_.kind == AdapterKind::kNone;
+  if (film_polls_ == 0 && spec.film.kind != FilmKind::kEmpty && !waits) insert_film();
   if (spec.unit.cold) start_up_polls_ = kStartUpPolls;
   attentions_.clear();  // another program has seen them, unless the unit is cold
+}
+
+FrameTable Unit::new_frames() const {
+  return {*model_, adapter_.capacity(), adapter_.frame_height()};
+}
+
+Sense Unit::without_film() const {
+  if (adapter_.kind == AdapterKind::kNone) return kNoAdapter;
+  return adapter_.kind == AdapterKind::kFeeder ? kNoSlide : kNoMedium;
 }
 
 void Unit::power_on() {
   abort_all();
   mud_ = 1200;
   windows_ = WindowStore(*model_);
-  frames_ = FrameTable(adapter_.capacity());
+  frames_ = new_frames();
+  rectangles_.clear();
   adapter_.counted_frames = 0;
   focus_ = 15;  // as a unit reported it before any film was loaded
   stage_ = 0;
@@ -117,6 +134,7 @@ std::optional<Sense> Unit::refusal(std::uint8_t opcode, ByteView cdb) {
     attentions_.pop_front();
     return sense;
   }
+  if (jammed_ && !is_one_of(opcode, {0x03, 0x12, 0x1d, 0x16, 0x17})) return kJammed;
   if (operation_ && !is_basic(opcode) && opcode != 0xc0) {
     abort_all();
     return kBadSequence;
@@ -199,7 +217,8 @@ Sense Unit::data_out(ByteView data) {
       break;
     case 0xe0: {
       const OperationParameters parameters = parse_operation(cdb[2], data);
-      sense = check_operation(parameters, std::max(adapter_.max_y_origin(), 5958U));
+      sense = check_operation(parameters, *model_,
+                              std::max(adapter_.max_y_origin(), adapter_.frame_height() - 1));
       if (sense.good()) parameters_ = parameters;
       break;
     }
@@ -231,7 +250,7 @@ Sense Unit::poll() {
   if (any_film && !adapter_.film_present && film_polls_ > 0 && --film_polls_ == 0) {
     operation_ = Operation{kFilmMoves, spec_.unit.busy_polls, 0xd1};
   }
-  return adapter_.film_present ? kGood : kNoMedium;
+  return adapter_.film_present ? kGood : without_film();
 }
 
 Sense Unit::poll_start_up() {
@@ -292,7 +311,7 @@ Sense Unit::mode_select_data(ByteView data) {
   const ByteView page = data.subspan(4 + block);
   if (page[0] != 0x03 || page[1] != 0x06) return kBadParameter;
   const auto mud = static_cast<int>(get16(page, 4));
-  if (mud != 1200 && mud != kOpticalDpi) return kBadParameter;
+  if (mud != 1200 && mud != model_->optical_dpi) return kBadParameter;
   mud_ = mud;
   return kGood;
 }
@@ -300,9 +319,14 @@ Sense Unit::mode_select_data(ByteView data) {
 CommandReply Unit::get_window(ByteView cdb) const {
   const std::size_t asked = get24(cdb, 6);
   if ((cdb[1] & 1) == 0 && cdb[5] == 0) {
-    return data_in(windows_.reply_all(), asked);
+    Bytes all = windows_.reply_all();
+    if (model_->all_windows_only && asked > all.size()) return CommandReply::status(kBadCdb);
+    return data_in(std::move(all), asked);
   }
-  if (cdb[5] == 9 && (cdb[9] & 0x80) == 0) return CommandReply::status(kBadCdb);
+  if (model_->all_windows_only) return CommandReply::status(kBadCdb);
+  if (cdb[5] == 9 && (cdb[9] & 0x80) == 0 && !model_->page_d1.empty()) {
+    return CommandReply::status(kBadCdb);
+  }
   std::optional<Bytes> reply = windows_.reply_one(cdb[5]);
   if (!reply) return CommandReply::status(kBadCdb);
   return data_in(std::move(*reply), asked);

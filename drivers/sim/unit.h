@@ -29,10 +29,11 @@ inline constexpr int kBestFocus = 209;
 struct CommandReply {
   enum class Next { kStatus, kDataOut, kDataIn };
   Next next = Next::kStatus;
-  std::size_t out_bytes = 0;  // kDataOut: how many the CDB announced
-  Bytes in{};                 // kDataIn
-  Sense sense{};              // kStatus, kDataIn
-  int busy_phases = 0;        // phase queries to answer with "busy" first
+  std::size_t out_bytes = 0;   // kDataOut: how many the CDB announced
+  Bytes in{};                  // kDataIn
+  Sense sense{};               // kStatus, kDataIn
+  std::size_t line_bytes = 0;  // of an image
+  int busy_phases = 0;         // phase queries to answer with "busy" first
 
   static CommandReply status(const Sense& sense) { return {.sense = sense}; }
 };
@@ -41,7 +42,8 @@ struct CommandReply {
 class Unit {
  public:
   // Throws InputError for an unknown model.
-  explicit Unit(const SimSpec& spec);
+  // packet_bytes: of the link, 0 without packets.
+  Unit(const SimSpec& spec, int packet_bytes);
 
   // cdb: 6 or 10 bytes.
   [[nodiscard]] CommandReply command(ByteView cdb);
@@ -79,6 +81,8 @@ class Unit {
   [[nodiscard]] Sense execute();
   void finish_operation(std::uint8_t code);
   void insert_film();
+  [[nodiscard]] FrameTable new_frames() const;
+  [[nodiscard]] Sense without_film() const;
 
   // unit_scan.cpp
   [[nodiscard]] Sense scan(ByteView ids);
@@ -88,15 +92,21 @@ class Unit {
   [[nodiscard]] std::optional<Bytes> read_data(std::uint8_t type, int colour, std::size_t length);
   [[nodiscard]] CommandReply send(ByteView cdb) const;
   [[nodiscard]] Sense send_data(std::uint8_t type, int colour, ByteView data);
+  // Units whose READ may end anywhere.
+  [[nodiscard]] CommandReply read_any_length(std::size_t length);
   void end_scan();
 
   SimSpec spec_;
   const UnitModel* model_;
+  int packet_bytes_;
   std::shared_ptr<const Film> film_;
   AdapterState adapter_;
   WindowStore windows_;
   FrameTable frames_;
   LookupTables luts_;
+  Bytes rectangles_;     // data type 88, as sent
+  bool jammed_ = false;  // the stage stands against its stop
+  int slides_left_ = 0;
   int mud_ = 1200;  // measurement units per inch
 
   int start_up_polls_ = 0;  // until power-on initialisation ends
@@ -116,6 +126,7 @@ class Unit {
   std::optional<CooperationRequest> raised_;
   bool requests_open_ = false;
   std::unique_ptr<ImageStream> stream_;
+  Bytes unread_;  // of a record that a READ ended in
   std::uint64_t n_passes_ = 0;
 
   Bytes pending_cdb_;  // of the command that waits for data

@@ -6,14 +6,14 @@
 namespace reseau::sim {
 namespace {
 
-constexpr std::uint8_t kOpFilmIn = 0xd1;
 // Focus position as a unit reported it after loading film.
 constexpr int kFocusAfterLoading = 192;
 
 }  // namespace
 
 CommandReply Unit::set_parameter(ByteView cdb) {
-  const std::optional<std::size_t> fewest = operation_min_bytes(from_hex(model_->page_e1), cdb[2]);
+  const std::optional<std::size_t> fewest =
+      operation_min_bytes(operation_groups(*model_, adapter_), cdb[2]);
   const std::size_t length = get24(cdb, 6);
   if (!fewest || length < *fewest || length > kMaxParameterBytes) {
     return CommandReply::status(kBadCdb);
@@ -73,8 +73,8 @@ Sense Unit::execute() {
       unload_on_ = p.second;
       return kGood;
     case kOpAutofocus:
-      if (!adapter_.film_present) return kNoMedium;
-      if (!frames_.contains(p.second)) return kOutOfFocus;
+      if (!adapter_.film_present) return without_film();
+      if (adapter_.strip() && !adapter_.holder() && !frames_.contains(p.second)) return kOutOfFocus;
       focus_x_ = p.first;
       focus_y_ = p.second;
       break;
@@ -85,6 +85,10 @@ Sense Unit::execute() {
     case kOpMoveFocus:
       focus_ = static_cast<int>(p.first);
       break;
+    case kOpLoad:
+      if (adapter_.kind == AdapterKind::kFeeder && slides_left_ == 0) return kNoSlide;
+      operation_ = Operation{kFilmMoves, polls, p.code};
+      return kGood;
     case kOpUnload:
       operation_ = Operation{kFilmMoves, polls, p.code};
       return kGood;
@@ -111,9 +115,10 @@ void Unit::finish_operation(std::uint8_t code) {
     case kOpUnload:
       adapter_.film_present = false;
       adapter_.counted_frames = 0;
-      frames_ = FrameTable(adapter_.capacity());
+      frames_ = new_frames();
       break;
-    case kOpFilmIn:
+    case kOpLoad:
+      if (adapter_.kind == AdapterKind::kFeeder) --slides_left_;
       insert_film();
       break;
     default:
@@ -124,7 +129,7 @@ void Unit::finish_operation(std::uint8_t code) {
 void Unit::insert_film() {
   adapter_.film_present = true;
   adapter_.counted_frames = 0;
-  frames_ = FrameTable(adapter_.capacity());
+  frames_ = new_frames();
   focus_ = kFocusAfterLoading;
   attend(kMediumChanged);
   attend(kInquiryChanged);

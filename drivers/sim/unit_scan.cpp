@@ -67,6 +67,7 @@ Bytes with_header(std::uint8_t type, std::uint8_t bits, ByteView data) {
 
 void Unit::end_scan() {
   stream_.reset();
+  unread_.clear();
   requests_.clear();
   raised_.reset();
   requests_open_ = false;
@@ -77,9 +78,10 @@ Sense Unit::scan(ByteView ids) {
   if (list.empty()) list = scan_ids_;
   if (!requests_open_ || list != scan_ids_) {
     end_scan();
-    std::variant<ScanLayout, Sense> plan = plan_scan(*model_, windows_, list, mud_);
+    std::variant<ScanLayout, Sense> plan =
+        plan_scan(*model_, adapter_, windows_, list, mud_, packet_bytes_);
     if (const Sense* refused = std::get_if<Sense>(&plan)) return *refused;
-    if (!adapter_.film_present) return kNoMedium;
+    if (!adapter_.film_present) return without_film();
     scan_ids_ = list;
     requests_open_ = true;
     for (CooperationRequest& request : cooperation_requests(std::get<ScanLayout>(plan))) {
@@ -95,20 +97,26 @@ Sense Unit::scan(ByteView ids) {
     return raised_->sense;
   }
   requests_open_ = false;
-  return start_scan(std::get<ScanLayout>(plan_scan(*model_, windows_, list, mud_)));
+  return start_scan(
+      std::get<ScanLayout>(plan_scan(*model_, adapter_, windows_, list, mud_, packet_bytes_)));
 }
 
 Sense Unit::start_scan(const ScanLayout& layout) {
+  const auto end = static_cast<std::uint32_t>(layout.y_px + layout.n_lines * layout.pitch);
+  if (model_->stage_can_jam && !layout.thumbnail && end > adapter_.max_y_origin() + 1) {
+    jammed_ = true;
+    return kGood;  // what happens shows at the next poll
+  }
   ScanWindow window;
   window.x_px = layout.x_px;
   window.y_px =
-      layout.thumbnail
-          ? layout.y_px
+      layout.thumbnail || adapter_.holder() || !adapter_.strip()
+          ? layout.y_px - adapter_.holder_top()
           : static_cast<int>(frames_.film_position(static_cast<std::uint32_t>(layout.y_px)));
   window.width_px = layout.width_px;
-  window.n_lines = layout.n_records() * layout.lines_per_record();
+  window.n_lines = layout.wire_lines();
   window.pitch = layout.pitch;
-  if (layout.thumbnail) window.line_step = kThumbnailStepPx;
+  if (layout.thumbnail) window.line_step = model_->thumbnail_step_px;
 
   OpticsSpec optics = spec_.optics;
   const int focus_steps = focus_ - kBestFocus;
@@ -119,8 +127,11 @@ Sense Unit::start_scan(const ScanLayout& layout) {
   optics.focus_um += kMicrometrePerFocusStep * focus_steps;
   SensorSpec sensor = spec_.sensor;
   sensor.adc_bits = model_->adc_bits;
-  sensor.n_lines = layout.lines_per_record();
-  sensor.line_gap_px = 1;
+  sensor.n_lines = layout.sensor_lines;
+  sensor.line_gap_px = layout.sensor_lines > 1 ? model_->line_gap : 1;
+  // Units that measure how their lines differ have lines that differ.
+  sensor.line_response = model_->has_ccd_curves ? spec_.unit.line_response : 0;
+  sensor.one_response = model_->sensor_lines > 2;
   sensor.line_origin_px = window.y_px;
   SensorPass pass;
   pass.seed = spec_.film.seed;
@@ -152,22 +163,45 @@ CommandReply Unit::read(ByteView cdb) {
           .sense = short_read ? kLessData : kGood};
 }
 
+CommandReply Unit::read_any_length(std::size_t length) {
+  while (unread_.size() < length && stream_->records_left() > 0) stream_->read(1, unread_);
+  CommandReply reply{.next = CommandReply::Next::kDataIn};
+  const std::size_t n = std::min(length, unread_.size());
+  const auto end = unread_.begin() + static_cast<std::ptrdiff_t>(n);
+  reply.in.assign(unread_.begin(), end);
+  unread_.erase(unread_.begin(), end);
+  if (n < length) reply.sense = kLessData;
+  if (unread_.empty() && stream_->records_left() == 0) end_scan();
+  return reply;
+}
+
 CommandReply Unit::read_image(std::size_t length) {
   if (!stream_) return CommandReply::status(kBadSequence);
   if (length == 0) return CommandReply::status(kGood);
+  constexpr int kWholeLines = 0x02;
+  const bool any_length = (from_hex(model_->page_c1)[4] & kWholeLines) == 0;
+  if (any_length && !stream_->layout().thumbnail) return read_any_length(length);
   // A length that ends inside a line is rounded up, which puts the host out of step.
   const std::size_t record = stream_->layout().record_bytes();
   const std::size_t wanted = (length + record - 1) / record;
-  const std::size_t left = static_cast<std::size_t>(stream_->records_left());
+  auto left = static_cast<std::size_t>(stream_->records_left());
+  if (spec_.unit.early_end && stream_->layout().thumbnail) {
+    // The film is at its end before the window is.
+    const int film_lines =
+        spec_.film.frame.n_frames * model_->frame_height_px / model_->thumbnail_step_px + 1;
+    const int done = stream_->layout().n_records() - stream_->records_left();
+    left = std::min(left, static_cast<std::size_t>(std::max(film_lines - done, 0)));
+  }
   CommandReply reply{.next = CommandReply::Next::kDataIn};
   reply.busy_phases = spec_.unit.busy_phases;
+  reply.line_bytes = record;
   stream_->read(static_cast<int>(std::min(wanted, left)), reply.in);
   if (wanted > left) reply.sense = kLessData;
-  if (stream_->records_left() > 0) return reply;
+  if (stream_->records_left() > 0 && reply.sense.good()) return reply;
   if (stream_->layout().thumbnail) {
     adapter_.counted_frames = std::min(spec_.film.frame.n_frames, adapter_.capacity());
     frames_.index(stream_->layout().n_lines,
-                  static_cast<std::uint32_t>(spec_.film.frame.n_frames) * kFrameHeightPx);
+                  static_cast<std::uint32_t>(spec_.film.frame.n_frames) * adapter_.frame_height());
     attend(kInquiryChanged);
   }
   end_scan();
@@ -199,12 +233,18 @@ std::optional<Bytes> Unit::read_data(std::uint8_t type, int colour, std::size_t 
     case kPerforations:
       return frames_.perforations_reply(length != 9);
     case kRectangles:
-      return frames_.rectangles_reply();
+      if (!adapter_.holder()) return frames_.rectangles_reply();
+      if (rectangles_.empty()) return std::nullopt;
+      return with_header(kRectangles, 0x20, rectangles_);
     case kFrames:
       return frames_.frames_reply();
     case kCurves: {
       if (!model_->has_ccd_curves || !plane) return std::nullopt;
-      return with_header(kCurves, 0x00, from_hex(recorded_curves(*plane)));
+      // Identical for all colours on an LS-9000.
+      const std::size_t measured = model_->sensor_lines > 2 ? 1 : *plane;
+      return with_header(kCurves, 0x00,
+                         curve_data(measured, model_->sensor_lines,
+                                    model_->sensor_lines > 2 ? 10 : 2, spec_.unit.line_response));
     }
     case kLeak:
       return with_header(kLeak, 0x00, from_hex("035F 033A 026D"));
@@ -219,7 +259,10 @@ CommandReply Unit::send(ByteView cdb) const {
   const std::optional<int> code = element_code(type);
   const bool lut = type == kLut && model_->has_lut && plane_of_colour(cdb[4]) &&
                    length == std::size_t{2} << model_->adc_bits;
-  if (!code || *code != cdb[5] || (!lut && type != kFrames && type != kRectangles)) {
+  const bool frames =
+      (type == kFrames || type == kRectangles) && adapter_.strip() && !adapter_.holder();
+  const bool rectangles = type == kRectangles && adapter_.holder() && !model_->page_e1.empty();
+  if (!code || *code != cdb[5] || (!lut && !frames && !rectangles)) {
     return CommandReply::status(kBadCdb);
   }
   if (length == 0) return CommandReply::status(kGood);
@@ -228,7 +271,15 @@ CommandReply Unit::send(ByteView cdb) const {
 
 Sense Unit::send_data(std::uint8_t type, int colour, ByteView data) {
   if (type == kFrames) return frames_.set_frames(data);
-  if (type == kRectangles) return frames_.set_rectangles(data);
+  if (type == kRectangles) {
+    if (!adapter_.holder()) return frames_.set_rectangles(data);
+    const bool counted = data.size() >= 20 && data[2] >= 1 && data[2] <= 40 &&
+                         data.size() == 4 + 16 * std::size_t{data[2]} &&
+                         get16(data, 0) == data.size();
+    if (!counted) return kBadParameter;
+    rectangles_.assign(data.begin(), data.end());
+    return kGood;
+  }
   const std::optional<std::size_t> plane = plane_of_colour(colour);
   CHECK(plane.has_value());
   std::vector<std::uint16_t> table;

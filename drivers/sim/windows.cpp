@@ -7,7 +7,6 @@ namespace {
 
 constexpr std::size_t kDescriptor = 50;
 constexpr std::size_t kHeader = 8;
-constexpr int kMinDpi = 90;
 
 // Index of red, green, blue, infrared for a window id; the default window is the green one.
 std::size_t exposure_index(int id) {
@@ -29,10 +28,10 @@ Window power_on_window(const UnitModel& model, int id) {
   Window w;
   w.raw.assign(kDescriptor, 0);
   w.raw[0] = static_cast<std::uint8_t>(id);
-  set16(w.raw, 2, kOpticalDpi);
-  set16(w.raw, 4, kOpticalDpi);
-  set32(w.raw, 14, visible_part ? 0x0480 : kSensorPx);
-  set32(w.raw, 18, visible_part ? 0x06c2 : kFrameHeightPx);
+  set16(w.raw, 2, static_cast<std::uint32_t>(model.optical_dpi));
+  set16(w.raw, 4, static_cast<std::uint32_t>(model.optical_dpi));
+  set32(w.raw, 14, visible_part ? 0x0480U : static_cast<std::uint32_t>(model.sensor_px));
+  set32(w.raw, 18, visible_part ? 0x06c2U : static_cast<std::uint32_t>(model.frame_height_px));
   w.raw[25] = 0x02;
   w.raw[26] = static_cast<std::uint8_t>(model.adc_bits);
   w.raw[41] = visible_part ? 0x01 : 0x81;
@@ -51,9 +50,12 @@ bool one_bit_of(std::uint8_t value, std::uint8_t allowed) {
 }  // namespace
 
 int pitch_for_dpi(const UnitModel& model, int dpi) {
-  int pitch = kOpticalDpi / dpi;
-  if (!model.any_pitch && pitch > 1) pitch -= pitch % 2;
-  return std::max(pitch, 1);
+  int pitch = std::max(model.optical_dpi / dpi, 1);
+  if (model.pitch_rule == PitchRule::kOneOrEven && pitch > 1) pitch -= pitch % 2;
+  if (model.pitch_rule == PitchRule::kDivisorsOfGap) {
+    while (model.line_gap % pitch != 0) --pitch;
+  }
+  return pitch;
 }
 
 WindowStore::WindowStore(const UnitModel& model) : model_(&model) {
@@ -67,7 +69,8 @@ Sense WindowStore::set(ByteView list, const AdapterState& adapter, int mud, bool
   const int id = fields[0];
   const auto stored = windows_.find(id);
   if (stored == windows_.end()) return kBadParameter;
-  if (id == 9 && !infrared_bit) return kBadCdb;
+  // The first generation knows no flags in the control byte.
+  if (id == 9 && !infrared_bit && !model_->page_d1.empty()) return kBadCdb;
   Window window = stored->second;
   const std::uint32_t old_exposure = window.exposure();
   const std::size_t known = std::min(fields.size(), kDescriptor);
@@ -89,31 +92,35 @@ Sense WindowStore::check(Window& window, const AdapterState& adapter, int mud) c
       std::all_of(raw.begin() + 27, raw.begin() + 40, [](std::uint8_t byte) { return byte == 0; });
   const std::uint8_t mode = raw[43];
   if (!order_known || !depth_known || !rest_zero || (raw[40] >> 4 > 0 && !model_->multi_reading) ||
-      (raw[41] & 0x1e) != 0 || !one_bit_of(raw[42], 0x03) || mode == 0 ||
-      (mode & ~model_->scan_modes) != 0 || !one_bit_of(raw[44], model_->interleavings) ||
+      (raw[41] & 0x1e) != 0 || !one_bit_of(raw[42], model_->page_d1.empty() ? 0x01 : 0x03) ||
+      mode == 0 || (mode & ~model_->scan_modes) != 0 ||
+      !one_bit_of(raw[44], model_->interleavings) ||
       (window.composition() != 0x02 && window.composition() != 0x05) ||
       window.exposure() > kExposureMax) {
     return kBadParameter;
   }
   // Limits hold in optical pixels whatever the measurement unit is.
-  const auto optical = [mud](std::uint32_t v) {
-    return static_cast<std::uint64_t>(v) * kOpticalDpi / static_cast<std::uint64_t>(mud);
+  const int optical_dpi = model_->optical_dpi;
+  const auto optical = [mud, optical_dpi](std::uint32_t v) {
+    return static_cast<std::uint64_t>(v) * static_cast<std::uint64_t>(optical_dpi) /
+           static_cast<std::uint64_t>(mud);
   };
   const std::uint64_t max_height =
-      window.thumbnail() ? adapter.max_y_origin() : std::uint64_t{kFrameHeightPx};
-  if (optical(window.x_origin()) + optical(window.width()) > kSensorPx ||
-      optical(window.y_origin()) > adapter.max_y_origin() ||
-      optical(window.height()) > max_height) {
-    return kBadParameter;
-  }
+      window.thumbnail() ? adapter.max_y_origin() : std::uint64_t{adapter.frame_height()};
+  const bool across = optical(window.x_origin()) + optical(window.width()) > adapter.x_end() ||
+                      optical(window.width()) > adapter.max_width();
+  const bool along =
+      optical(window.y_origin()) > adapter.max_y_origin() || optical(window.height()) > max_height;
+  if (across || (along && !model_->stage_can_jam)) return kBadParameter;
   if (window.thumbnail()) {
-    if (window.x_dpi() != kThumbnailDpi) return kBadParameter;
-    set16(window.raw, 4, kThumbnailDpi);
+    const int dpi = model_->thumbnail_dpi;
+    if (window.x_dpi() != dpi || (!adapter.strip() && !adapter.holder())) return kBadParameter;
+    set16(window.raw, 4, static_cast<std::uint32_t>(dpi));
     return kGood;
   }
-  if (window.x_dpi() < kMinDpi || window.x_dpi() > kOpticalDpi) return kBadParameter;
+  if (window.x_dpi() < model_->min_dpi || window.x_dpi() > optical_dpi) return kBadParameter;
   const int pitch = pitch_for_dpi(*model_, window.x_dpi());
-  const int granted = kOpticalDpi / pitch;
+  const int granted = optical_dpi / pitch;
   if (optical(window.width()) < static_cast<std::uint64_t>(pitch)) return kBadParameter;
   const bool rounded = granted != window.x_dpi();
   set16(window.raw, 2, static_cast<std::uint32_t>(granted));

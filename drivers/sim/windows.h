@@ -28,7 +28,7 @@ struct Window {
   // 1 unless both the count and the mode ask for more.
   [[nodiscard]] int readings() const { return (raw[43] & 0x10) != 0 ? (raw[40] >> 4) + 1 : 1; }
   [[nodiscard]] bool thumbnail() const { return raw[42] == 0x02; }
-  [[nodiscard]] bool two_lines() const { return raw[44] == 0x40; }
+  [[nodiscard]] bool multi_line() const { return raw[44] == 0x40; }
   [[nodiscard]] std::uint32_t exposure() const { return get32(raw, 46); }
 };
 

@@ -46,12 +46,14 @@ class SimulatedUsb final : public UsbTransport {
   struct Answer {
     Bytes bytes;
     std::size_t sent = 0;
+    bool ends_transfer = false;
   };
 
   void count_transfer(Endpoint endpoint);
   void query_phase();
   void take_data(ByteView data);
-  void answer(Bytes bytes) { answers_.push_back({std::move(bytes), 0}); }
+  void answer(Bytes bytes) { answers_.push_back({std::move(bytes), 0, false}); }
+  void answer_data(Bytes bytes);
   void answer_status(const Sense& sense);
 
   UnitSpec faults_;
@@ -61,7 +63,9 @@ class SimulatedUsb final : public UsbTransport {
   CommandReply reply_;
   Bytes out_data_;
   std::deque<Answer> answers_;
-  std::int64_t n_transfers_ = 0;
+  std::int64_t n_transfers_ = 0, n_statuses_ = 0, n_commands_ = 0;
+  bool lost_ = false;             // the command was not taken
+  bool silent_ = false;           // for good
   std::array<bool, 2> halted_{};  // OUT, IN
 };
 

@@ -11,8 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "drivers/coolscan/commands.h"
-#include "drivers/coolscan/line_layout.h"
+#include "drivers/coolscan/frames.h"
 #include "drivers/coolscan/pages.h"
+#include "drivers/coolscan/record_layout.h"
 #include "drivers/coolscan/records.h"
 #include "drivers/coolscan/window.h"
 #include "drivers/scsi/sense.h"
@@ -220,12 +221,23 @@ TEST_F(RecordedSession, CooperationRecordsDescribeTheRecordedLines) {
   EXPECT_EQ(std::get<LineRecord>(records[1]), (LineRecord{1, 576, 5800, 16, 145, 0, 0}));
   for (std::size_t i = 2; i <= 4; ++i) {
     const auto padding = std::get<PaddingRecord>(records[i]);
-    EXPECT_EQ(padding, computed_padding(281, 4, 16, 512))
-        << "what the unit says is what we compute";
-    EXPECT_EQ((LineLayout{281, 4, 16, padding}).line_bytes(), 2560);
+    RecordLayout layout;
+    layout.width_px = 281;
+    layout.n_colours = 4;
+    EXPECT_EQ(padding, computed_padding(layout, 512)) << "what the unit says is what we compute";
+    layout.padding = padding;
+    EXPECT_EQ(layout.record_bytes(), 2560U);
   }
   EXPECT_EQ(std::get<LineRecord>(records[5]).readings, 4);
-  EXPECT_EQ(std::get<PaddingRecord>(records[6]).bottom_lines, 1);
+  const auto final_padding = std::get<PaddingRecord>(records[6]);
+  EXPECT_EQ(final_padding.bottom_lines, 1);
+  RecordLayout final_layout;
+  final_layout.width_px = 3946;
+  final_layout.n_colours = 4;
+  final_layout.sensor_lines = 2;
+  final_layout.readings = 4;
+  final_layout.padding = final_padding;
+  EXPECT_EQ(final_layout.record_bytes(), 207872U);
   EXPECT_EQ(std::get<CurveRecord>(records[7]).curve_types[0], 1);
 }
 
@@ -237,10 +249,10 @@ TEST_F(RecordedSession, FrameTableAndWhiteBalanceAreRead) {
     if (type == 0x8C) white_balance.push_back(load_be(e.in, kDataHeadBytes, 4));
     if (type != 0x8F || e.in.size() == kDataHeadBytes) return;
     ++n_tables;
-    const std::vector<int> tops_px = parse_frame_table(e.in);
-    ASSERT_EQ(tops_px.size(), 40U);
-    for (std::size_t k = 0; k < tops_px.size(); ++k) {
-      EXPECT_EQ(tops_px[k], static_cast<int>(k) * 5959);
+    const std::vector<FrameRecord> frames = parse_frame_table(e.in);
+    ASSERT_EQ(frames.size(), 40U);
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+      EXPECT_EQ(frames[k].address_px, static_cast<int>(k) * 5959);
     }
   });
   EXPECT_GE(n_tables, 1);

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "drivers/coolscan/coolscan.h"
+#include "drivers/fault_sg.h"
 #include "drivers/scanner.h"
+#include "drivers/scsi/sg_scsi.h"
 #include "drivers/sim/simulated_unit.h"
 #include "drivers/usb/fault_transport.h"
 #include "drivers/virtual_clock.h"
@@ -30,6 +33,32 @@ inline ScanRequest small_request() {
 inline std::unique_ptr<coolscan::Coolscan> open_coolscan(std::unique_ptr<UsbTransport> usb) {
   return std::make_unique<coolscan::Coolscan>(std::move(usb), std::make_shared<VirtualClock>(),
                                               coolscan::OpenAs{"sim:test", "2026-11-22T00:00:00Z"});
+}
+
+// A simulated unit on USB or behind a SCSI node, with one fault; counts what was sent.
+struct FaultyUnit {
+  std::unique_ptr<coolscan::Coolscan> scanner;
+  std::function<long()> n_sent;
+};
+inline Fault no_fault() { return {Fault::Kind::kStall, 1L << 40}; }
+inline FaultyUnit open_faulty(const std::string& name, const Fault& fault) {
+  const sim::SimSpec spec = sim::parse_sim_spec(name);
+  const auto clock = std::make_shared<VirtualClock>();
+  const coolscan::OpenAs open_as{"sim:test", "2026-11-22T00:00:00Z"};
+  if (!sim::is_scsi_model(spec)) {
+    auto usb = std::make_unique<FaultTransport>(sim::open_simulated_unit(spec), fault);
+    const FaultTransport* const counter = usb.get();
+    return {std::make_unique<coolscan::Coolscan>(std::unique_ptr<UsbTransport>(std::move(usb)),
+                                                 clock, open_as),
+            [counter] { return counter->n_transfers(); }};
+  }
+  auto sg = std::make_unique<FaultSg>(sim::open_simulated_sg(spec), fault);
+  const FaultSg* const counter = sg.get();
+  return {std::make_unique<coolscan::Coolscan>(sg_scsi_link(std::move(sg), *clock), clock, open_as),
+          [counter] { return counter->n_commands(); }};
+}
+inline std::unique_ptr<coolscan::Coolscan> open_any(const std::string& name) {
+  return open_faulty(name, no_fault()).scanner;
 }
 
 // Every sample of a scan, and whether it came to its end.

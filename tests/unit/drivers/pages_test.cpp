@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "drivers/coolscan/ccd_curves.h"
+#include "drivers/coolscan/frames.h"
 #include "tests/unit/drivers/units.h"
 
 namespace reseau::coolscan {
@@ -31,7 +33,7 @@ TEST(Pages, AnLs40PageEndsEarlyAndMeansOneLine) {
   EXPECT_EQ(a.max_height_px, 4203);
   EXPECT_EQ(a.converter_bits, 12);
   EXPECT_EQ(a.sensor_pixels, 2870);
-  EXPECT_EQ(a.sensor_lines, 1);
+  EXPECT_EQ(a.sensor_lines, 0) << "the page ends before it";
 }
 
 TEST(Pages, AnExtensionBitMovesEverythingBehindIt) {
@@ -101,7 +103,10 @@ TEST(Pages, AnyBytesAreParsedWithoutHarm) {
     (void)parse_duties(page);
     (void)parse_page_list(page);
     (void)parse_name_page(page);
-    for (const int top_px : parse_frame_table(page)) EXPECT_GE(top_px, 0);
+    for (const FrameRecord& frame : parse_frame_table(page)) EXPECT_GE(frame.address_px, 0);
+    (void)parse_frame_page(page);
+    (void)parse_perforations(page, 4000);
+    (void)parse_curve_page(page);
   }
 }
 

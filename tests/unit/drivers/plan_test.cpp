@@ -118,7 +118,7 @@ TEST(Plan, NegotiatingAPlanAgainAdjustsNothing) {
 
 TEST(Plan, TakesFramesFromTheTableOfTheUnit) {
   UnitDescription unit = ls5000_strip();
-  unit.frame_tops_px = {840, 7056};
+  unit.strip = {{840, {1, 0, 12}}, {7056, {9, 1, 14}}};
   ScanRequest request;
   request.frame = 2;
   EXPECT_EQ(negotiate(request, unit).plan.y_origin_px, 7056);
