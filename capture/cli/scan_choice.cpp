@@ -47,17 +47,34 @@ void ScanChoice::add_to(CLI::App& app) {
   app.add_option("--infrared", infrared, "yes (default) or no")->expected(0, 1)->group(group);
   app.add_option("--focus", focus, "A focus position, or 'keep'")->group(group);
   app.add_option("--autofocus", autofocus, "yes (default) or no")->expected(0, 1)->group(group);
+  app.add_option("--focus-x,--focusx", focus_x, "Focus at this point of the frame, across; 12mm")
+      ->group(group);
+  app.add_option("--focus-y,--focusy", focus_y, "The same, along")->group(group);
   for (std::size_t i = 0; i < exposure.size(); ++i) {
     app.add_option(kExposureOptions[i], exposure[i], "For example 800us; default metered")
         ->group(group);
   }
   app.add_option("--exposure", exposure_factor, "Factor on the metered exposure")->group(group);
+  app.add_option("--exposure-lock", exposure_lock,
+                 "yes (default): colours keep the scanner's balance; no: each is metered alone, as "
+                 "for negatives")
+      ->group(group);
+  app.add_option("--samples,--samples-per-scan", samples,
+                 "Readings of each line, averaged; default 1")
+      ->check(CLI::Range(1, 16))
+      ->group(group);
+  app.add_option("--sensor-lines", sensor_lines,
+                 "auto (default), one (slower, no difference between lines), or all")
+      ->group(group);
   app.add_option("-l", left, "Left edge of the area, for example 2mm")->group(group);
   app.add_option("-t", top, "Top edge")->group(group);
   app.add_option("-x", width, "Width")->group(group);
   app.add_option("-y", height, "Height")->group(group);
   app.add_option("--frame", frame, "Frame on the strip or in the feeder")
       ->check(CLI::Range(1, 1000))
+      ->group(group);
+  app.add_option("--frame-offset,--subframe", frame_offset,
+                 "Moves this frame along the film, for example 0.25mm or -0.5mm")
       ->group(group);
 }
 
@@ -66,7 +83,8 @@ bool ScanChoice::is_default() const {
   return resolution.empty() && depth.empty() && infrared.empty() && focus.empty() &&
          autofocus.empty() && exposure == plain.exposure && left.empty() && top.empty() &&
          width.empty() && height.empty() && exposure_factor == plain.exposure_factor &&
-         frame == plain.frame;
+         frame == plain.frame && focus_x.empty() && focus_y.empty() && frame_offset.empty() &&
+         sensor_lines.empty() && exposure_lock.empty() && samples == plain.samples;
 }
 
 ScanRequest ScanChoice::request() const {
@@ -95,7 +113,19 @@ ScanRequest ScanChoice::request() const {
     throw InputError("--exposure is a factor above 0, for example 1.4.");
   }
   request.exposure.factor = exposure_factor;
+  request.exposure.lock = exposure_lock.empty() || parse_yes_no("--exposure-lock", exposure_lock);
+  request.focus.x_mm = optional_mm("--focus-x", focus_x);
+  request.focus.y_mm = optional_mm("--focus-y", focus_y);
   request.frame = frame;
+  request.frame_offset_mm = optional_mm("--frame-offset", frame_offset).value_or(0);
+  request.samples = samples;
+  if (sensor_lines == "one") {
+    request.sensor_lines = SensorLines::kOne;
+  } else if (sensor_lines == "all") {
+    request.sensor_lines = SensorLines::kAll;
+  } else if (!sensor_lines.empty() && sensor_lines != "auto") {
+    throw InputError("--sensor-lines takes auto, one or all, not '" + sensor_lines + "'.");
+  }
   return request;
 }
 

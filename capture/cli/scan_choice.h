@@ -15,7 +15,10 @@ struct ScanChoice {
   std::string device;
   std::string resolution, depth, infrared, focus, autofocus;
   std::array<std::string, 4> exposure;  // red green blue infrared
+  std::string focus_x, focus_y;         // the point of the autofocus
   std::string left, top, width, height;
+  std::string frame_offset, sensor_lines, exposure_lock;
+  int samples = 1;
   double exposure_factor = 1.0;
   int frame = 1;
 

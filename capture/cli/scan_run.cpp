@@ -98,6 +98,10 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
 
   Opened opened = open_device(job, reporter);
   Scanner& scanner = *opened.device.scanner;
+  ScanTalk talk(reporter);
+  if (job.load && !job.dont_scan) {
+    as_failure(Doing::kReadingOptions, [&] { scanner.load(talk); });
+  }
   const Negotiated negotiated =
       as_failure(Doing::kReadingOptions, [&] { return scanner.negotiate(opened.asked.request); });
   announce(negotiated, scanner.capabilities(), opened.asked.device_name, directory.string(),
@@ -112,7 +116,6 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
   master_options.path = name.path(".tif");
   master_options.film = job.place.film;
   MasterWriter master(master_options);
-  ScanTalk talk(reporter);
 
   // The first Ctrl-C ends the scan and lets the picture of what is there finish; when all lines are
   // in, it ends the picture.
@@ -157,6 +160,14 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
       session_options);
   record.outcome = session.run(work.signals.stop());
   scanned = true;
+  if (job.eject) {
+    try {
+      scanner.eject(talk);
+    } catch (const std::exception& error) {
+      // The picture is what counts.
+      reporter.warning(error.what());
+    }
+  }
   // Closes the recording, so that it can be hashed, and frees the unit before anything slow.
   opened.device.scanner.reset();
   record.master = master.result();

@@ -16,6 +16,7 @@ struct ScanJob {
   DevelopChoice picture;
   std::filesystem::path record;  // empty = none
   bool dont_scan = false;
+  bool load = false, eject = false;  // before and after
   bool no_reconstruct = false;
 };
 

@@ -22,6 +22,8 @@ void add_scan(Program& program) {
   job->scan.add_to(*app);
   app->add_flag("-n,--dont-scan", job->dont_scan, "Say what would be done, and stop there")
       ->group("Scan");
+  app->add_flag("--load", job->load, "Load the film or the next slide first")->group("Scan");
+  app->add_flag("--eject", job->eject, "Eject the film afterwards")->group("Scan");
   app->add_option("--record", job->record, "Keep the whole session as FILE.pcapng")->group("Files");
   job->place.add_to(*app);
   app->add_flag("--no-reconstruct", job->no_reconstruct, "Only the master")->group("Picture");

@@ -5,8 +5,11 @@ namespace reseau::cli {
 void add_all_verbs(Program& program) {
   add_list(program);
   add_doctor(program);
+  add_preview(program);
   add_scan(program);
   add_calibrate(program);
+  add_eject(program);
+  add_unstick(program);
   add_reconstruct(program);
   add_register(program);
   add_compare(program);

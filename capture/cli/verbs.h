@@ -7,7 +7,10 @@ namespace reseau::cli {
 
 void add_list(Program& program);
 void add_doctor(Program& program);
+void add_preview(Program& program);
 void add_scan(Program& program);
+void add_eject(Program& program);
+void add_unstick(Program& program);
 void add_replay(Program& program);
 void add_reconstruct(Program& program);
 void add_register(Program& program);
