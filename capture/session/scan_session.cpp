@@ -12,17 +12,6 @@ namespace reseau {
 
 namespace {
 
-// Scanner's own observer seam, forwarded.
-class Forward final : public ScanObserver {
- public:
-  explicit Forward(SessionObserver& to) : to_(to) {}
-  void phase(ScanPhase phase, const std::string& detail) override { to_.phase(phase, detail); }
-  void note(const std::string& sentence) override { to_.note(sentence); }
-
- private:
-  SessionObserver& to_;
-};
-
 void check_block(const LineBlock& block, const LineFormat& format, int next_line) {
   const bool fits =
       block.first_line == next_line && block.n_lines > 0 &&
@@ -64,8 +53,7 @@ ScanOutcome ScanSession::run(const std::stop_token& stop) noexcept {
                                            [&end_develop] { end_develop.request_stop(); });
   std::jthread develop;
   try {
-    Forward forward(observer_);
-    if (!scanner_.start(plan_, forward, stop)) {
+    if (!scanner_.start(plan_, observer_, stop)) {
       scanner_.stop();
       outcome.end = ScanEnd::kCancelled;
       return outcome;

@@ -25,11 +25,8 @@
 namespace reseau {
 
 // Told what happens. Calls come from the threads of the session, so it must be thread-safe.
-class SessionObserver {
+class SessionObserver : public ScanObserver {
  public:
-  virtual ~SessionObserver() = default;
-  virtual void phase(ScanPhase phase, const std::string& detail) = 0;
-  virtual void note(const std::string& sentence) = 0;
   // Exposure and focus are settled and the master is open.
   virtual void began(const LineFormat& format, const CaptureContext& context) = 0;
   // Lines of the scan that have left the unit, and those that are safe in the master.
