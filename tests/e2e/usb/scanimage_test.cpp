@@ -112,7 +112,7 @@ void expect_the_film(const ExportedUnit& unit, const Job& job) {
                                                path});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Pnm picture = read_pnm(path);
-  const int pitch = sim::kOpticalDpi / job.resolution_dpi;
+  const int pitch = sim::unit_model(job.model).optical_dpi / job.resolution_dpi;
   // SANE counts the last pixel in.
   sim::ScanWindow window;
   window.pitch = pitch;
