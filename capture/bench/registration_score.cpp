@@ -93,7 +93,7 @@ RegistrationScore score_registration(const RegistrationCase& test, int n_threads
       }
     }
   }
-  double sum = 0, lit_sum = 0;
+  double sum = 0, lit_sum = 0, z_sum = 0, sd_sum = 0;
   int n_lit = 0;
   for (const Place& place : places) {
     const Vec2 off{place.map.x - best.sign_u * place.truth.x - best.whole_u,
@@ -103,11 +103,17 @@ RegistrationScore score_registration(const RegistrationCase& test, int n_threads
     score.max_px = std::max(score.max_px, norm(px));
     if (place.light > 0.02) {
       lit_sum += dot(px, px);
+      const PlaceCovariance claim = found.uncertainty.at(place.p);
+      z_sum +=
+          0.5 * (px.x * px.x / std::max(claim.xx, 1e-12) + px.y * px.y / std::max(claim.yy, 1e-12));
+      sd_sum += claim.xx + claim.yy;
       ++n_lit;
     }
   }
   score.rms_px = std::sqrt(sum / static_cast<double>(places.size()));
   score.lit_rms_px = n_lit > 0 ? std::sqrt(lit_sum / n_lit) : 0;
+  score.z_sd = n_lit > 0 ? std::sqrt(z_sum / n_lit) : 0;
+  score.sd_px = n_lit > 0 ? std::sqrt(sd_sum / n_lit) : 0;
   return score;
 }
 

@@ -136,6 +136,15 @@ std::string describe_registration(const Registration& r) {
   if (!r.found) return "no réseau: " + r.reason;
   std::string text = fmt::format("{}, confidence {:.2f}, turned {:.2f}°, fits within {:.3f} px",
                                  r.screen, r.confidence, r.angle_deg, r.residual_px);
+  if (r.left_out_px) {
+    text += fmt::format(", {:.3f} x {:.3f} px on what was left out of the fit", r.left_out_px->x,
+                        r.left_out_px->y);
+  }
+  const LineError& line = r.map.line_error();
+  if (!line.none()) {
+    text += fmt::format(", an error of the stage along {}",
+                        line.axis == LineError::Axis::kColumns ? "x" : "y");
+  }
   if (r.period_um[1] > 0) text += fmt::format(", {:.1f} lines/mm", 1000 / r.period_um[1]);
   return text;
 }

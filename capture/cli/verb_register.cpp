@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,9 @@
 #include "capture/cli/verbs.h"
 #include "capture/image/exr_file.h"
 #include "capture/session/receipt.h"
+#include "capture/session/registration_overlay.h"
+#include "capture/session/registration_plot.h"
+#include "capture/store/part_file.h"
 
 namespace reseau::cli {
 
@@ -18,7 +22,7 @@ namespace {
 
 struct RegisterArguments {
   ReadChoice read;
-  std::string map;
+  std::string map, overlay, plot;
   int n_threads = 0;
 };
 
@@ -41,14 +45,25 @@ void write_map(const Registration& registration, const LineFormat& format,
   writer.finish();
 }
 
+void write_plot(const Registration& registration, const LineFormat& format,
+                const std::filesystem::path& path) {
+  const std::string text = registration_plot(registration, format);
+  PartFile file(path, PartFile::Kind::kScratch, Existing::kRefuse);
+  file.write_at(0, std::as_bytes(std::span(text)));
+  file.publish();
+}
+
 ExitCode run_register(const RegisterArguments& options, Work& work) {
   Reporter& reporter = work.reporter;
-  if (!options.map.empty()) refuse_existing(options.map);
+  for (const std::string* name : {&options.map, &options.overlay, &options.plot}) {
+    if (!name->empty()) refuse_existing(*name);
+  }
   const Scan scan = options.read.read(reporter);
   const LineFormat& format = scan.source->format();
   RegisterOptions register_options;
   register_options.tone = scan.tone;
   register_options.n_threads = options.n_threads;
+  register_options.check_left_out = true;
   const DevelopProgress progress = develop_progress(reporter, false, format.n_lines);
   const Registration registration = register_screen(
       *scan.source, register_options,
@@ -75,6 +90,15 @@ ExitCode run_register(const RegisterArguments& options, Work& work) {
     }
     object["map"] = options.map;
   }
+  if (!options.overlay.empty()) {
+    as_failure(Doing::kWriting,
+               [&] { write_overlay(*scan.source, scan.tone, registration, options.overlay); });
+    object["overlay"] = options.overlay;
+  }
+  if (!options.plot.empty()) {
+    as_failure(Doing::kWriting, [&] { write_plot(registration, format, options.plot); });
+    object["plot"] = options.plot;
+  }
   reporter.result_json(object);
   reporter.result_line(describe_registration(registration));
   return kExitOk;
@@ -89,10 +113,14 @@ void add_register(Program& program) {
       "Finds the réseau of a scan and says where it lies. The map has two channels, u and v, in "
       "periods\nof the pattern, for every pixel of the scan. No réseau: exit code 65.",
       "reseau register party.tif\n"
-      "reseau register party.tif --map party-map.exr --json",
+      "reseau register party.tif --map party-map.exr --overlay party-dots.png --json",
       [options](Work& work) { return run_register(*options, work); });
   options->read.add_to(*app);
   app->add_option("--map", options->map, "Write u and v of every pixel as an EXR of this name");
+  app->add_option("--overlay", options->overlay,
+                  "Write a PNG of this name: parts of the scan with a dot on every element");
+  app->add_option("--plot", options->plot,
+                  "Write an SVG of this name: how film and stage deviate from a plane lattice");
   app->add_option("--threads", options->n_threads, "Threads; 0 = all cores (default)")
       ->check(CLI::Range(0, 1024));
   program.prints_own_json(app);

@@ -97,6 +97,12 @@ Development develop(const LineSource& whole, const DevelopOptions& options,
         result.registration.reason.empty() ? "No réseau was found." : result.registration.reason;
     return result;
   }
+  if (result.registration.screen != "dufaycolor") {
+    result.why_not = fmt::format(
+        "The réseau was found, a {}, but only a Dufaycolor can be made into a picture so far.",
+        result.registration.screen);
+    return result;
+  }
 
   const auto stopped = [&result] {
     result.report.reset();

@@ -234,6 +234,15 @@ ordered_json line_error_to_json(const LineError& line) {
 ordered_json registration_to_json(const Registration& r) {
   ordered_json object = {{"found", r.found}, {"screen", r.screen}};
   put_number(object, "confidence", r.confidence);
+  put_number(object, "probability", r.screen_probability);
+  put_number(object, "none_probability", r.none_probability);
+  if (r.runner_up.empty()) {
+    put_missing(object, "runner_up", "nothing came near");
+  } else {
+    object["runner_up"] = {{"screen", r.runner_up},
+                           {"probability", number_or_null(r.runner_up_probability)}};
+  }
+  put_number(object, "explained", r.explained);
   if (!r.found) {
     object["reason"] = r.reason;
     for (const char* key :
@@ -247,10 +256,18 @@ ordered_json registration_to_json(const Registration& r) {
     }
     object["lattice_cy_per_px"] = lattice;
     put_number(object, "residual_px", r.residual_px);
+    if (r.left_out_px) {
+      object["left_out_px"] = {number_or_null(r.left_out_px->x), number_or_null(r.left_out_px->y)};
+    }
+    put_number(object, "uncertainty_px", r.uncertainty.rms_px());
     put_number(object, "angle_deg", r.angle_deg);
+    put_number(object, "angle_sd_deg", r.angle_sd_deg);
     object["period_px"] = {number_or_null(r.period_px[0]), number_or_null(r.period_px[1])};
+    object["period_sd_px"] = {number_or_null(r.period_sd_px[0]), number_or_null(r.period_sd_px[1])};
     if (r.period_um[0] > 0 && r.period_um[1] > 0) {
       object["period_um"] = {number_or_null(r.period_um[0]), number_or_null(r.period_um[1])};
+      object["lines_per_mm"] = {number_or_null(1000 / r.period_um[0]),
+                                number_or_null(1000 / r.period_um[1])};
     } else {
       put_missing(object, "period_um", "the scan does not say its resolution");
     }

@@ -14,6 +14,7 @@
 #include "core/reconstruct/row_sink.h"
 #include "core/reconstruct/silver_from_rgb.h"
 #include "core/reconstruct/tone_curve.h"
+#include "core/screen/map_uncertainty.h"
 #include "core/screen/screen_map.h"
 
 namespace reseau {
@@ -24,20 +25,33 @@ using ProgressFn = std::function<void(double)>;
 struct RegisterOptions {
   ToneCurves tone = ToneCurves::linear();
   int n_threads = 0;  // 0 = all cores
+  // Fits again without some of the blocks and says how far those then lie off. Costs a little.
+  bool check_left_out = false;
 };
 
 // What registration found. `found` false means: no réseau, with the reason in `reason`.
 struct Registration {
   bool found = false;
   std::string reason;     // a sentence, when not found
-  std::string screen;     // "dufaycolor" or "none"
+  std::string screen;     // its name, as in screen_names(), or "none"
   double confidence = 0;  // 0..1
-  ScreenMap map;          // screen (u, v) from scan pixels, valid over the whole frame when found
+  // That there is no réseau; the probability of `screen` and of the runner-up ("none" too).
+  double none_probability = 1, screen_probability = 1;
+  std::string runner_up;
+  double runner_up_probability = 0;
+  double explained = 0;  // share of what alternates in the brightest tiles that the screen explains
+  ScreenMap map;         // screen (u, v) from scan pixels, valid over the whole frame when found
   std::array<Vec2, 2> lattice_cy_per_px{};  // mean frequency vectors of u and of v
+  MapUncertainty uncertainty;               // of the map, place by place
   double residual_px = 0;                   // rms of the measured phases about the map
-  double angle_deg = 0;                     // of the red lines, from the y axis of the scan
+  // rms of blocks under a map that was fitted without them, along u and along v; absent unless
+  // asked for.
+  std::optional<Vec2> left_out_px;
+  double angle_deg = 0;  // of the red lines, from the y axis of the scan
   std::array<double, 2> period_px{};
   std::array<double, 2> period_um{};  // 0 when the resolution is unknown
+  double angle_sd_deg = 0;            // of the means over the frame
+  std::array<double, 2> period_sd_px{};
   // The symmetric Dufaycolor pattern cannot tell a mirrored film; then absent.
   std::optional<bool> mirrored;
   // Scanner response to each clear element, per unit infrared: [element R G B][channel R G B].

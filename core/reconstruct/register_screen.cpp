@@ -4,6 +4,7 @@
 #include <numbers>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
@@ -13,7 +14,7 @@
 #include "core/screen/follow_screen.h"
 #include "core/screen/lattice_search.h"
 #include "core/screen/linear_rows.h"
-#include "core/screen/screen_pattern.h"
+#include "core/screen/screen_layout.h"
 
 namespace reseau {
 namespace {
@@ -69,9 +70,10 @@ class Tracker {
       Registration result = track(*seed);
       if (result.found || stop_.stop_requested()) return result;
       reason = result.reason;
+      keep_evidence(result.confidence, *seed);
       if (source_.committed() <= next_search) break;
     }
-    Registration none;
+    Registration none = best_none_;
     none.screen = "none";
     none.reason = reason;
     return none;
@@ -93,6 +95,7 @@ class Tracker {
     const LatticeSearch found = find_lattice(rows, reader.has_infrared());
     if (!found.found) {
       reason = found.reason;
+      keep_evidence(0.5 * found.seed.confidence * found.seed.explained, found.seed);
       return std::nullopt;
     }
     if (!silver_weights(found.seed.response, weights_)) {
@@ -102,6 +105,19 @@ class Tracker {
       return std::nullopt;
     }
     return found.seed;
+  }
+
+  // What came nearest to a réseau where none was found.
+  void keep_evidence(double confidence, const LatticeSeed& seed) {
+    const double screen = std::clamp(confidence, 0.0, 0.49);
+    if (!(screen > best_none_.runner_up_probability)) return;
+    best_none_.runner_up =
+        name_screen({seed.layout, seed.special_color, seed.explained, seed.other_explained, 0})
+            .front()
+            .name;
+    best_none_.runner_up_probability = screen;
+    best_none_.none_probability = best_none_.screen_probability = 1 - screen;
+    best_none_.explained = seed.explained;
   }
 
   Registration track(const LatticeSeed& seed) {
@@ -141,11 +157,11 @@ class Tracker {
   Registration finish(const LatticeSeed& seed, const CellGrid& cells) {
     Registration result;
     result.screen = "none";
-    FollowedScreen followed = follow_screen(cells, seed);
+    FollowedScreen followed = follow_screen(cells, seed, options_.check_left_out);
     if (followed.needs_smaller_cells) {
       CellGrid small(cells.width_px(), cells.height_px(), seed.carriers, CellSize{8, 8});
       accumulate(small, 0, source_.committed());
-      FollowedScreen again = follow_screen(small, seed);
+      FollowedScreen again = follow_screen(small, seed, options_.check_left_out);
       if (again.fit.usable && again.coverage > followed.coverage - 0.1 &&
           (!followed.fit.usable || again.fit.residual_px < followed.fit.residual_px ||
            again.coverage > followed.coverage + 0.1)) {
@@ -182,6 +198,11 @@ class Tracker {
       for (std::size_t i = 0; i < 2; ++i)
         result.period_um[i] = result.period_px[i] * 25400 / format.x_dpi;
     }
+    result.uncertainty =
+        MapUncertainty(fit.map, fit.placed, fit.error_model, format.width_px, format.n_lines);
+    result.left_out_px = followed.left_out_px;
+    fill_uncertainty(result, mean);
+    result.explained = seed.explained;
     result.response = seed.response;
     result.silver_from_rgb = weights_;
     const double worst_period = std::min(result.period_px[0], result.period_px[1]);
@@ -189,12 +210,38 @@ class Tracker {
     result.confidence = seed.confidence * tightness * (-std::expm1(-coverage / 0.15));
     result.found =
         result.confidence > 0.35 && fit.n_used >= 6 && fit.residual_px < kLargestResidualPx;
+    result.none_probability = 1 - std::min(result.confidence, 1 - 1e-6);
     if (result.found) {
-      result.screen = ScreenPattern::dufaycolor().name();
+      fill_names(result, seed);
     } else {
       result.reason =
           "No réseau was found: a weak repeating pattern is there, but it does not hold together "
           "over the picture.";
+    }
+  }
+
+  static void fill_uncertainty(Registration& result, const Mat2& mean) {
+    const Mat2& sd = result.uncertainty.slope_sd();
+    // The length of a frequency along itself, and its direction.
+    const auto along = [](Vec2 f, Vec2 s) { return std::hypot(f.x * s.x, f.y * s.y) / norm(f); };
+    const auto across = [](Vec2 f, Vec2 s) { return std::hypot(f.y * s.x, f.x * s.y) / norm(f); };
+    const Vec2 u{mean.a, mean.b}, v{mean.c, mean.d}, sd_u{sd.a, sd.b}, sd_v{sd.c, sd.d};
+    result.period_sd_px = {along(u, sd_u) / dot(u, u), along(v, sd_v) / dot(v, v)};
+    result.angle_sd_deg = across(v, sd_v) / norm(v) * 180 / std::numbers::pi;
+  }
+
+  static void fill_names(Registration& result, const LatticeSeed& seed) {
+    const std::vector<ScreenGuess> guesses =
+        name_screen({seed.layout, seed.special_color, seed.explained, seed.other_explained,
+                     std::sqrt(result.period_um[0] * result.period_um[1])});
+    const double some = 1 - result.none_probability;
+    result.screen = guesses[0].name;
+    result.screen_probability = some * guesses[0].probability;
+    result.runner_up = guesses[1].name;
+    result.runner_up_probability = some * guesses[1].probability;
+    if (result.none_probability > result.runner_up_probability) {
+      result.runner_up = "none";
+      result.runner_up_probability = result.none_probability;
     }
   }
 
@@ -203,6 +250,7 @@ class Tracker {
   const ProgressFn& progress_;
   const std::stop_token& stop_;
   std::array<double, 3> weights_{1.0 / 3, 1.0 / 3, 1.0 / 3};
+  Registration best_none_;
 };
 
 }  // namespace

@@ -18,6 +18,22 @@ ElementModel::ElementModel(const Mat2& linear, const ScreenWidths& widths) {
   }
 }
 
+ElementModel::ElementModel(const Mat2& linear, ScreenLayout layout) {
+  const SiteSeries& series = site_series(layout);
+  const Mat2 t = linear.transposed();
+  for (int i = 0; i < kTileAmplitudes; ++i) {
+    if (i > 0) {
+      const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
+      const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
+      square_(i) = dot(f, f);
+    }
+    for (int k = 0; k < 3; ++k) {
+      sharp_(i, k) = (i > 0 ? std::numbers::sqrt2 : 1.0) *
+                     series[static_cast<std::size_t>(k)][static_cast<std::size_t>(i)];
+    }
+  }
+}
+
 ElementModel::Columns ElementModel::columns(double sigma_px) const {
   const double k = -2 * std::numbers::pi * std::numbers::pi * sigma_px * sigma_px;
   const Amplitudes otf = (k * square_).array().exp();

@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 
 #include "core/geometry/vec2.h"
+#include "core/screen/screen_layout.h"
 #include "core/screen/screen_pattern.h"
 #include "core/screen/screen_tile.h"
 
@@ -25,6 +26,8 @@ class ElementModel {
 
   // linear: screen from scan [periods/px].
   ElementModel(const Mat2& linear, const ScreenWidths& widths);
+  // Of a family of screens: column k is site k of the layout.
+  ElementModel(const Mat2& linear, ScreenLayout layout);
   // Column k: the amplitudes of element k under a blur of sigma_px.
   [[nodiscard]] Columns columns(double sigma_px) const;
 

@@ -12,6 +12,7 @@
 #include "core/screen/element_model.h"
 #include "core/screen/line_fit.h"
 #include "core/screen/phase_samples.h"
+#include "core/screen/spline_surface.h"
 
 namespace reseau {
 namespace {
@@ -24,10 +25,10 @@ constexpr double kSharpBendPx = 0.15;
 
 // Variance of the blur that explains the amplitudes of a series best, a step of 0.05 px in its root
 // [px^2].
-double pattern_blur_px2(const ColorSeries& series, const ScreenMap& map) {
+double pattern_blur_px2(const ColorSeries& series, const ScreenMap& map, ScreenLayout layout) {
   // As many amplitudes as the series has; the rest of the model's are not measured here.
   constexpr int kKnown = 1 + kSeries;
-  const ElementModel model(map.linear(), {});
+  const ElementModel model(map.linear(), layout);
   const auto misfit = [&](double sigma_px) {
     const Eigen::Matrix<double, kKnown, 3> columns = model.columns(sigma_px).topRows<kKnown>();
     const auto solver = columns.colPivHouseholderQr();
@@ -87,9 +88,10 @@ class Follower {
     tall_strip_ = {1, strip_cells(cells.height_px(), cells.size().lines), 0};
   }
 
-  FollowedScreen run() {
+  FollowedScreen run(bool check_left_out) {
     FollowedScreen result;
-    series_ = series_from_response(seed_.response, seed_.carriers, seed_.sigma_px);
+    series_ = series_from_response(seed_.response, seed_.layout, seed_.special_color,
+                                   seed_.carriers, seed_.sigma_px);
     BlockShape growing = block_;
     if (small_) {
       growing.columns = 1;
@@ -128,10 +130,67 @@ class Follower {
       if (fit.map.is_affine() && round >= 1) break;
     }
     result.fit = fit;
+    if (check_left_out) result.left_out_px = left_out(fit.map);
     return result;
   }
 
  private:
+  // Film and stage fitted anew without a fifth of the blocks, for two of the fifths.
+  [[nodiscard]] std::optional<Vec2> left_out(const ScreenMap& map) const {
+    const std::vector<Vec2> screen = screen_at_cells(cells_, map);
+    const std::vector<PhaseSample> all =
+        measure_samples(cells_, map, screen, series_, block_, blur_px2_);
+    const LineError& known = map.line_error();
+    std::vector<PhaseSample> strips;
+    if (!known.none()) {
+      strips =
+          measure_samples(cells_, map, screen, series_,
+                          known.axis == LineError::Axis::kLines ? strip_ : tall_strip_, blur_px2_);
+    }
+    std::vector<double> off_u, off_v;
+    for (const int fold : {0, 2}) {
+      std::vector<PhaseSample> seen;
+      for (const PhaseSample& sample : all) {
+        if (!left_out_of_fold(sample.p_in_scan, fold)) seen.push_back(sample);
+      }
+      const MapFit film = fit_smooth(seen, finest_px_);
+      if (!film.usable) return std::nullopt;
+      LineError line = known;
+      if (!known.none()) {
+        std::vector<LineSample> lines;
+        for (LineSample& strip : line_samples(strips, film.map)) {
+          if (left_out_of_fold(strip.p_in_scan, fold)) continue;
+          strip.off_px = strip.off_px + known.at(strip.p_in_scan);
+          lines.push_back(strip);
+        }
+        line.coefficients.assign(line.coefficients.size(), Vec2{});
+        line = improve_line_error(lines, line);
+      }
+      for (const PhaseSample& sample : all) {
+        const Vec2 p = sample.p_in_scan;
+        if (!left_out_of_fold(p, fold)) continue;
+        const Vec2 ideal = p + (line.at(p) - known.at(p));
+        const Vec2 off = sample.s_in_screen - film.map.smooth_screen_from_scan(ideal);
+        off_u.push_back(std::abs(off.x) / norm(cells_.carriers().u));
+        off_v.push_back(std::abs(off.y) / norm(cells_.carriers().v));
+      }
+    }
+    if (off_u.size() < 8) return std::nullopt;
+    // Blocks that went astray count as outliers: beyond five times the middle one.
+    const auto rms = [](std::vector<double> sizes) {
+      std::ranges::sort(sizes);
+      const double most = 5 * 1.4826 * sizes[sizes.size() / 2];
+      double sum = 0, n = 0;
+      for (const double size : sizes) {
+        if (size > most) break;
+        sum += size * size;
+        n += 1;
+      }
+      return std::sqrt(sum / n);
+    };
+    return Vec2{rms(off_u), rms(off_v)};
+  }
+
   [[nodiscard]] MapFit fit_smooth(const std::vector<PhaseSample>& samples, double finest) const {
     return fit_map(samples, cells_.width_px(), cells_.height_px(), finest, flat_px());
   }
@@ -162,7 +221,7 @@ class Follower {
       for (auto& value : channel) value = value.real();
     }
     series_ = fresh;
-    blur_px2_ = pattern_blur_px2(series_, map);
+    blur_px2_ = pattern_blur_px2(series_, map, seed_.layout);
     return true;
   }
 
@@ -211,8 +270,8 @@ class Follower {
 
 }  // namespace
 
-FollowedScreen follow_screen(const CellGrid& cells, const LatticeSeed& seed) {
-  return Follower(cells, seed).run();
+FollowedScreen follow_screen(const CellGrid& cells, const LatticeSeed& seed, bool check_left_out) {
+  return Follower(cells, seed).run(check_left_out);
 }
 
 int keep_every_for(int width_px, int height_px, bool exact) {

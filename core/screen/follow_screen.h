@@ -1,6 +1,8 @@
 // From a seed and the cells of a frame to the map of the whole frame.
 #pragma once
 
+#include <optional>
+
 #include "core/screen/cell_moments.h"
 #include "core/screen/lattice_search.h"
 #include "core/screen/line_error.h"
@@ -14,9 +16,13 @@ struct FollowedScreen {
   double coverage = 0;   // of the blocks that have light, how many were measured
   // The réseau bends too sharply for these cells; smaller ones would follow it.
   bool needs_smaller_cells = false;
+  // rms of blocks under a map, line error and film, that was fitted without them: across the lines
+  // of equal u and of equal v [px]. Absent unless asked for.
+  std::optional<Vec2> left_out_px;
 };
 
-[[nodiscard]] FollowedScreen follow_screen(const CellGrid& cells, const LatticeSeed& seed);
+[[nodiscard]] FollowedScreen follow_screen(const CellGrid& cells, const LatticeSeed& seed,
+                                           bool check_left_out = false);
 
 // Cells, and how many columns of them are kept, for a frame. `exact` keeps all of any frame.
 [[nodiscard]] int keep_every_for(int width_px, int height_px, bool exact);

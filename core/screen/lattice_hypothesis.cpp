@@ -54,69 +54,94 @@ struct Origin {
   double explained = 0;  // energy
 };
 
-// Amplitudes of a channel once the cell's origin lies at `screen`: real parts, weighed.
-ElementModel::Amplitudes turned(const TileView& view, std::size_t channel, Vec2 screen) {
+// e^(-2 pi i h . screen) of kTileHarmonics.
+using Turns = std::array<Complex, kTileAmplitudes - 1>;
+Turns turns_of(Vec2 screen) {
+  const Complex u = std::polar(1.0, -2 * std::numbers::pi * screen.x);
+  const Complex v = std::polar(1.0, -2 * std::numbers::pi * screen.y);
+  static_assert(kTileHarmonics[2].u == 1 && kTileHarmonics[3].v == -1 && kTileHarmonics[5].v == 2);
+  return {u, v, u * v, u * std::conj(v), u * u, v * v};
+}
+
+// Amplitudes of a channel once the cell's origin lies where the turns say: real parts, weighed.
+ElementModel::Amplitudes turned(const TileView& view, std::size_t channel, const Turns& turns) {
   ElementModel::Amplitudes y;
   y(0) = view.mean[channel];
   for (std::size_t h = 0; h + 1 < kTileAmplitudes; ++h) {
-    const HarmonicIndex i = kTileHarmonics[h];
-    const Complex turn = std::polar(1.0, -2 * std::numbers::pi * (i.u * screen.x + i.v * screen.y));
-    y(static_cast<int>(h) + 1) = std::numbers::sqrt2 * (view.harmonic[channel][h] * turn).real();
+    const Complex a = view.harmonic[channel][h], b = turns[h];
+    y(static_cast<int>(h) + 1) = std::numbers::sqrt2 * (a.real() * b.real() - a.imag() * b.imag());
   }
   return y;
+}
+
+// Turns of the coarse grid of origins.
+const std::vector<Turns>& grid_turns() {
+  static const std::vector<Turns> turns = [] {
+    std::vector<Turns> all;
+    for (int j = 0; j < kPhases; ++j) {
+      for (int i = 0; i < kPhases; ++i)
+        all.push_back(
+            turns_of({i / static_cast<double>(kPhases), j / static_cast<double>(kPhases)}));
+    }
+    return all;
+  }();
+  return turns;
 }
 
 class Judge {
  public:
   Judge(const ElementModel& model, double sigma, bool infrared)
-      : n_channels_(infrared ? 4 : 3), columns_(model.columns(sigma)), qr_(columns_) {}
-
-  // Alternating energy that three lights behind the elements explain, mean fitted too.
-  [[nodiscard]] double explained(const TileView& view, Vec2 screen) const {
-    double sum = 0;
-    for (std::size_t c = 0; c < n_channels_; ++c) {
-      const ElementModel::Amplitudes y = turned(view, c, screen);
-      const ElementModel::Amplitudes rest = y - columns_ * qr_.solve(y);
-      double alternating = 0;
-      for (const Complex& value : view.harmonic[c]) alternating += 2 * std::norm(value);
-      // What lies in the odd parts is unexplained as well.
-      const double even = y.tail<kTileAmplitudes - 1>().squaredNorm();
-      const double left = rest.squaredNorm() + (alternating - even);
-      sum += (alternating - left) / std::max(view.total[c], 1e-30);
-    }
-    return sum / static_cast<double>(n_channels_);
+      : n_channels_(infrared ? 4 : 3), columns_(model.columns(sigma)), qr_(columns_) {
+    span_ = qr_.householderQ() * ElementModel::Columns::Identity();
   }
 
   [[nodiscard]] Origin best_origin(const TileView& view) const {
     Origin best;
     best.explained = -1e30;
-    const auto consider = [&](Vec2 screen) {
-      const double value = explained(view, screen);
+    const auto consider = [&](Vec2 screen, const Turns& turns) {
+      const double value = explained(view, turns);
       if (value > best.explained) best = {screen, value};
     };
     for (int j = 0; j < kPhases; ++j) {
       for (int i = 0; i < kPhases; ++i)
-        consider({i / static_cast<double>(kPhases), j / static_cast<double>(kPhases)});
+        consider({i / static_cast<double>(kPhases), j / static_cast<double>(kPhases)},
+                 grid_turns()[static_cast<std::size_t>(j * kPhases + i)]);
     }
     for (double step = 0.4 / kPhases; step > 0.003; step *= 0.5) {
       const Vec2 center = best.screen;
       for (int j = -1; j <= 1; ++j) {
-        for (int i = -1; i <= 1; ++i) consider(center + Vec2{i * step, j * step});
+        for (int i = -1; i <= 1; ++i) {
+          const Vec2 at = center + Vec2{i * step, j * step};
+          consider(at, turns_of(at));
+        }
       }
     }
     return best;
   }
 
-  // Lights of the three elements in a channel.
+  // Lights of the three sites in a channel.
   [[nodiscard]] Eigen::Vector3d lights(const TileView& view, std::size_t channel,
                                        Vec2 screen) const {
-    return qr_.solve(turned(view, channel, screen));
+    return qr_.solve(turned(view, channel, turns_of(screen)));
   }
 
  private:
+  // Alternating energy that three lights behind the elements explain, mean fitted too; what lies in
+  // the odd parts is unexplained as well. |y|^2 - |rest|^2 = |projection on the columns|^2.
+  [[nodiscard]] double explained(const TileView& view, const Turns& turns) const {
+    double sum = 0;
+    for (std::size_t c = 0; c < n_channels_; ++c) {
+      const ElementModel::Amplitudes y = turned(view, c, turns);
+      const double kept = (span_.transpose() * y).squaredNorm() - y(0) * y(0);
+      sum += kept / std::max(view.total[c], 1e-30);
+    }
+    return sum / static_cast<double>(n_channels_);
+  }
+
   std::size_t n_channels_;
   ElementModel::Columns columns_;
-  Eigen::ColPivHouseholderQR<ElementModel::Columns> qr_;
+  Eigen::HouseholderQR<ElementModel::Columns> qr_;
+  ElementModel::Columns span_;  // orthonormal
 };
 
 // Response of each element from its lights in all tiles: regressed on the lights in infrared, or
@@ -147,20 +172,26 @@ Eigen::Vector3d element_response(const std::vector<Eigen::Vector4d>& lights, boo
 struct Cast {
   Eigen::Vector3d inverse_mean;
 
-  // Of the two squares the greener is green.
-  [[nodiscard]] bool squares_exchanged(const Eigen::Vector3d& green,
-                                       const Eigen::Vector3d& blue) const {
-    const auto greenness = [&](const Eigen::Vector3d& x) {
-      return x(1) * inverse_mean(1) - x(2) * inverse_mean(2);
-    };
-    return greenness(green) < greenness(blue);
+  // How much more of one colour than of another a light shows.
+  [[nodiscard]] double leaning(const Eigen::Vector3d& x, int to, int from) const {
+    return x(to) * inverse_mean(to) - x(from) * inverse_mean(from);
   }
-  [[nodiscard]] bool line_is_reddest(const std::array<Eigen::Vector3d, 3>& p) const {
-    const auto redness = [&](const Eigen::Vector3d& x) {
-      const Eigen::Vector3d y = x.cwiseProduct(inverse_mean).cwiseMax(0);
-      return y(0) / std::max(y.sum(), 1e-12);
+  // How far, in shares of its light, each site has the most of its own colour; negative when one of
+  // them has not. `color` of each site.
+  [[nodiscard]] double margin(const std::array<Eigen::Vector3d, 3>& sites,
+                              const std::array<int, 3>& color) const {
+    const auto share = [&](std::size_t site, int of) {
+      const Eigen::Vector3d y = sites[site].cwiseProduct(inverse_mean).cwiseMax(0);
+      return y(of) / std::max(y.sum(), 1e-12);
     };
-    return redness(p[0]) > redness(p[1]) && redness(p[0]) > redness(p[2]);
+    double least = 1;
+    for (std::size_t site = 0; site < 3; ++site) {
+      for (std::size_t other = 0; other < 3; ++other) {
+        if (other != site)
+          least = std::min(least, share(site, color[site]) - share(other, color[site]));
+      }
+    }
+    return least;
   }
 };
 
@@ -201,36 +232,38 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
       cast.inverse_mean(c) += entry.view.mean[static_cast<std::size_t>(c)];
   }
   cast.inverse_mean = cast.inverse_mean.cwiseMax(1e-9).cwiseInverse();
-  for (const bool exchange : {false, true}) {
-    for (const double sigma : kSigmas) {
-      double sum = 0, best_tile = -1e30;
-      std::vector<Origin> origins;
-      std::vector<TileView> views;
-      std::size_t seed = 0;
+  double best_of[2] = {0, 0};
+  for (const ScreenLayout layout : {ScreenLayout::kLinesAndSquares, ScreenLayout::kTwoSites}) {
+    const LayoutSites sites = layout_sites(layout);
+    for (const bool exchange : {false, true}) {
+      if (exchange && sites.square) continue;
       const auto carriers_of = [&](std::size_t tile) {
         const Carriers& f = tile_carriers[tile];
         return exchange ? Carriers{f.v, -1.0 * f.u} : f;
       };
-      const Carriers& first = carriers_of(entries[0].tile);
-      const ElementModel model({first.u.x, first.u.y, first.v.x, first.v.y}, {});
-      const Judge judge(model, sigma, infrared);
-      for (std::size_t e = 0; e < entries.size(); ++e) {
-        views.push_back(exchange ? exchanged(entries[e].view) : entries[e].view);
-        origins.push_back(judge.best_origin(views.back()));
-        sum += origins.back().explained;
-        if (origins.back().explained > best_tile) {
-          best_tile = origins.back().explained;
-          seed = e;
+      const Carriers first = carriers_of(entries[0].tile);
+      const ElementModel model({first.u.x, first.u.y, first.v.x, first.v.y}, layout);
+      std::vector<TileView> views;
+      for (const Entry& entry : entries)
+        views.push_back(exchange ? exchanged(entry.view) : entry.view);
+      for (const double sigma : kSigmas) {
+        double sum = 0, best_tile = -1e30;
+        std::vector<Origin> origins;
+        std::size_t seed = 0;
+        const Judge judge(model, sigma, infrared);
+        for (std::size_t e = 0; e < entries.size(); ++e) {
+          origins.push_back(judge.best_origin(views[e]));
+          sum += origins.back().explained;
+          if (origins.back().explained > best_tile) {
+            best_tile = origins.back().explained;
+            seed = e;
+          }
         }
-      }
-      const double explained = sum / static_cast<double>(entries.size());
-      if (!(explained > best.explained)) continue;
-      std::array<Eigen::Vector3d, 3> response;
-      std::array<std::vector<Eigen::Vector4d>, 3> lights;
-      // Each tile may have green and blue exchanged or not; its own colours tell, so that all add
-      // up.
-      for (std::size_t e = 0; e < entries.size(); ++e) {
-        const auto collect = [&](Vec2 screen) {
+        const double explained = sum / static_cast<double>(entries.size());
+        double& best_here = best_of[static_cast<std::size_t>(layout)];
+        best_here = std::max(best_here, explained);
+        if (!(explained > best.explained)) continue;
+        const auto lights_at = [&](std::size_t e, Vec2 screen) {
           std::array<Eigen::Vector4d, 3> x;
           for (std::size_t c = 0; c < 4; ++c) {
             const Eigen::Vector3d l = judge.lights(views[e], c, screen);
@@ -239,32 +272,61 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
           }
           return x;
         };
-        std::array<Eigen::Vector4d, 3> x = collect(origins[e].screen);
-        if (cast.squares_exchanged(x[1].head<3>(), x[2].head<3>())) {
-          origins[e].screen.x += 0.5;
-          x = collect(origins[e].screen);
+        // Which colour the special site has. Each tile may have the pair exchanged or not; its own
+        // colours tell, so that all add up.
+        double best_margin = -1e30;
+        for (const int special : {0, 2, 1}) {
+          if (layout == ScreenLayout::kTwoSites && special != 2) continue;  // none was made
+          const std::array<int, 3> color = site_colors(layout, special);
+          const auto p = static_cast<std::size_t>(sites.pair[0]),
+                     q = static_cast<std::size_t>(sites.pair[1]);
+          std::array<std::vector<Eigen::Vector4d>, 3> lights;
+          Vec2 seed_screen;
+          for (std::size_t e = 0; e < entries.size(); ++e) {
+            Vec2 screen = origins[e].screen;
+            std::array<Eigen::Vector4d, 3> x = lights_at(e, screen);
+            if (cast.leaning(x[p].head<3>(), color[p], color[q]) <
+                cast.leaning(x[q].head<3>(), color[p], color[q])) {
+              screen = screen + sites.pair_shift;
+              x = lights_at(e, screen);
+            }
+            if (e == seed) seed_screen = screen;
+            const double weight = std::max(origins[e].explained, 0.0);
+            for (std::size_t k = 0; k < 3; ++k) lights[k].push_back(weight * x[k]);
+          }
+          std::array<Eigen::Vector3d, 3> response;
+          for (std::size_t k = 0; k < 3; ++k) response[k] = element_response(lights[k], infrared);
+          const double margin = cast.margin(response, color);
+          if (!(margin > best_margin)) continue;
+          best_margin = margin;
+          best.special_color = special;
+          best.colors_fit = margin > 0;
+          const TileCorner& corner = corners[entries[seed].tile];
+          const double mid = (tile_size - 1) / 2.0;
+          best.carriers = carriers_of(entries[seed].tile);
+          best.center_px = {corner.x + mid, corner.y + mid};
+          best.screen_at_center =
+              Vec2{dot(best.carriers.u, {mid, mid}), dot(best.carriers.v, {mid, mid})} +
+              seed_screen;
+          for (std::size_t k = 0; k < 3; ++k) {
+            for (std::size_t c = 0; c < 3; ++c)
+              best.response[static_cast<std::size_t>(color[k])][c] =
+                  response[k](static_cast<Eigen::Index>(c));
+          }
         }
-        const double weight = std::max(origins[e].explained, 0.0);
-        for (std::size_t k = 0; k < 3; ++k) lights[k].push_back(weight * x[k]);
-      }
-      for (std::size_t k = 0; k < 3; ++k) response[k] = element_response(lights[k], infrared);
-      best.colors_fit =
-          cast.line_is_reddest(response) && !cast.squares_exchanged(response[1], response[2]);
-      best.explained = explained;
-      best.sigma_px = sigma;
-      best.carriers = carriers_of(entries[seed].tile);
-      const TileCorner& corner = corners[entries[seed].tile];
-      const double mid = (tile_size - 1) / 2.0;
-      best.center_px = {corner.x + mid, corner.y + mid};
-      best.screen_at_center =
-          Vec2{dot(best.carriers.u, {mid, mid}), dot(best.carriers.v, {mid, mid})} +
-          origins[seed].screen;
-      for (std::size_t k = 0; k < 3; ++k) {
-        for (std::size_t c = 0; c < 3; ++c)
-          best.response[k][c] = response[k](static_cast<Eigen::Index>(c));
+        best.layout = layout;
+        best.explained = explained;
+        best.sigma_px = sigma;
       }
     }
   }
+  // Squares look the same turned by 90 degrees: u within 45 degrees of the scan's y.
+  if (layout_sites(best.layout).square &&
+      std::abs(best.carriers.v.y) > std::abs(best.carriers.v.x)) {
+    best.carriers = {best.carriers.v, -1.0 * best.carriers.u};
+    best.screen_at_center = {best.screen_at_center.y, -best.screen_at_center.x};
+  }
+  best.other_explained = best_of[best.layout == ScreenLayout::kTwoSites ? 0 : 1];
   return best;
 }
 

@@ -9,8 +9,6 @@
 #include <Eigen/Dense>
 #include <unsupported/Eigen/FFT>
 
-#include "core/screen/screen_pattern.h"
-
 namespace reseau {
 namespace {
 
@@ -281,19 +279,22 @@ Vec2 local_frequency(const Spectra& s, Vec2 f) {
 
 }  // namespace
 
-ColorSeries series_from_response(const Response& response, const Carriers& carriers,
-                                 double sigma_px) {
-  const ScreenPattern& pattern = ScreenPattern::dufaycolor();
+ColorSeries series_from_response(const Response& response, ScreenLayout layout, int special_color,
+                                 const Carriers& carriers, double sigma_px) {
+  const SiteSeries& sites = site_series(layout);
+  const std::array<int, 3> colors = site_colors(layout, special_color);
   ColorSeries series;
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t k = 0; k < 3; ++k) {
-      series.mean[c] += pattern.area(static_cast<int>(k)) * response[k][c];
+      const double light = response[static_cast<std::size_t>(colors[k])][c];
+      series.mean[c] += sites[k][0] * light;
       for (std::size_t i = 0; i < kSeries; ++i) {
         const HarmonicIndex h = kDifferences[i];
+        static_assert(kDifferences[3].v == kTileHarmonics[3].v && kSeries == 4);
         const Vec2 f =
             static_cast<double>(h.u) * carriers.u + static_cast<double>(h.v) * carriers.v;
         series.harmonic[c][i] +=
-            response[k][c] * pattern.fourier(static_cast<int>(k), h.u, h.v) *
+            light * sites[k][i + 1] *
             std::exp(-2 * std::numbers::pi * std::numbers::pi * sigma_px * sigma_px * dot(f, f));
       }
     }
@@ -388,8 +389,12 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared) {
     result.reason =
         judged.colors_fit
             ? ""
-            : "No réseau was found: the periodic pattern does not have the colours of red "
-              "lines with green and blue between.";
+            : "No réseau was found: the periodic pattern does not have the colours of a screen "
+              "that was made.";
+    result.seed.layout = judged.layout;
+    result.seed.special_color = judged.special_color;
+    result.seed.explained = judged.explained;
+    result.seed.other_explained = judged.other_explained;
     result.seed.carriers = judged.carriers;
     result.seed.center_px = judged.center_px + Vec2{0, static_cast<double>(rows.first)};
     result.seed.screen_at_center = judged.screen_at_center;

@@ -1,5 +1,5 @@
-// Finds a Dufaycolor réseau without any prior: two lattice frequencies, which of them is the red
-// line, and the phase at one place, from the spectra of a few tiles.
+// Finds a réseau without any prior: two lattice frequencies, how the elements lie, which is which,
+// and the phase at one place, from the spectra of a few tiles.
 #pragma once
 
 #include <string>
@@ -12,9 +12,12 @@
 namespace reseau {
 
 struct LatticeSeed {
-  Carriers carriers;      // right-handed: cross(u, v) > 0
-  Vec2 center_px;         // of the tile that shows the pattern best
-  Vec2 screen_at_center;  // screen coordinates there
+  ScreenLayout layout = ScreenLayout::kLinesAndSquares;
+  int special_color = 0;
+  double explained = 0, other_explained = 0;  // as in LatticeHypothesis
+  Carriers carriers;                          // right-handed: cross(u, v) > 0
+  Vec2 center_px;                             // of the tile that shows the pattern best
+  Vec2 screen_at_center;                      // screen coordinates there
   Response response{};    // without infrared: the brightest light counts as clear
   double sigma_px = 0.7;  // a rough blur
   double confidence = 0;  // 0..1
@@ -32,8 +35,9 @@ struct LatticeSearch {
 [[nodiscard]] LatticeSearch find_lattice(const LinearRows& rows, bool infrared);
 
 // The colour series that a réseau with this response shows under a Gaussian blur of sigma_px
-// (isotropic) and the given carriers.
-[[nodiscard]] ColorSeries series_from_response(const Response& response, const Carriers& carriers,
+// (isotropic) and the given carriers. The response is by colour.
+[[nodiscard]] ColorSeries series_from_response(const Response& response, ScreenLayout layout,
+                                               int special_color, const Carriers& carriers,
                                                double sigma_px);
 // Weights w with w . response[k] = 1 for the three elements: linear RGB to silver (Barker et al.
 // 2022). False when the response is too close to singular.

@@ -16,11 +16,14 @@ struct LineError {
   Axis axis = Axis::kNone;
   double spacing_px = 0;
   std::vector<Vec2> coefficients;
+  std::vector<Vec2> variance_px2;  // of each coefficient, or empty
 
   [[nodiscard]] bool none() const { return axis == Axis::kNone; }
   [[nodiscard]] double position(Vec2 p) const { return axis == Axis::kColumns ? p.x : p.y; }
   [[nodiscard]] Vec2 at(Vec2 p) const { return none() ? Vec2{} : at_position(position(p)); }
   [[nodiscard]] Vec2 at_position(double position_px) const;
+  // How uncertain the error is there, along x and along y [px^2]; zero when nobody said.
+  [[nodiscard]] Vec2 variance_at(Vec2 p_in_scan) const;
   // Derivative along the axis [px/px].
   [[nodiscard]] Vec2 slope_at(Vec2 p) const;
 };

@@ -146,6 +146,31 @@ std::vector<Strip> strips_of(const std::vector<LineSample>& samples, LineError::
   return strips;
 }
 
+// Variance of every coefficient from the strips' own scatter about the fit; where there are none,
+// the error may be as large as it is elsewhere.
+std::vector<double> spline_variance(const std::vector<Strip>& strips,
+                                    const std::vector<double>& fitted,
+                                    const std::vector<double>& whole, double spacing) {
+  std::vector<double> info(fitted.size(), 0.0), sizes;
+  double square = 0;
+  for (const Strip& strip : strips) {
+    if (!(strip.weight > 0)) continue;
+    const SplineInterval at =
+        locate_interval(strip.position, spacing, static_cast<int>(fitted.size()));
+    const SplineWeights w = spline_weights(at.t);
+    for (std::size_t i = 0; i < 4; ++i)
+      info[static_cast<std::size_t>(at.index) + i] += strip.weight * w.value[i] * w.value[i];
+    sizes.push_back(std::abs(strip.value - value_at(fitted, spacing, strip.position)) *
+                    std::sqrt(strip.weight));
+  }
+  for (const double value : whole) square += value * value;
+  const double most = std::max(square / static_cast<double>(whole.size()), 1e-12);
+  const double excess = std::pow(1.4826 * median_of(sizes), 2);
+  // A sample per spacing adds 0.48 to the diagonal.
+  for (double& value : info) value = 1 / (value / (0.48 * std::max(excess, 1e-6)) + 1 / most);
+  return info;
+}
+
 struct Trial {
   double gain = -1e9;  // the lesser of both folds [nats per strip]
   double rms_px = 0;
@@ -220,12 +245,22 @@ LineFit fit_line_error(const std::vector<LineSample>& samples, LineError::Axis a
 LineError improve_line_error(const std::vector<LineSample>& samples, const LineError& known) {
   LineError better = known;
   const double extent = (static_cast<double>(known.coefficients.size()) - 3) * known.spacing_px;
-  const std::vector<double> x =
-      fit_spline(strips_of(samples, known.axis, extent, true), -1, extent, known.spacing_px);
-  const std::vector<double> y =
-      fit_spline(strips_of(samples, known.axis, extent, false), -1, extent, known.spacing_px);
+  const std::vector<Strip> strips_x = strips_of(samples, known.axis, extent, true),
+                           strips_y = strips_of(samples, known.axis, extent, false);
+  const std::vector<double> x = fit_spline(strips_x, -1, extent, known.spacing_px),
+                            y = fit_spline(strips_y, -1, extent, known.spacing_px);
   for (std::size_t i = 0; i < better.coefficients.size() && i < x.size(); ++i)
     better.coefficients[i] = better.coefficients[i] + Vec2{x[i], y[i]};
+  std::vector<double> whole_x, whole_y;
+  for (const Vec2& value : better.coefficients) {
+    whole_x.push_back(value.x);
+    whole_y.push_back(value.y);
+  }
+  const std::vector<double> var_x = spline_variance(strips_x, x, whole_x, known.spacing_px),
+                            var_y = spline_variance(strips_y, y, whole_y, known.spacing_px);
+  better.variance_px2.clear();
+  for (std::size_t i = 0; i < better.coefficients.size() && i < var_x.size(); ++i)
+    better.variance_px2.push_back({var_x[i], var_y[i]});
   return better;
 }
 

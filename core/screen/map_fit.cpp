@@ -95,6 +95,19 @@ double rms_px(const std::vector<PhaseSample>& samples, const Affine& affine,
   return total > 0 ? std::sqrt(sum / total) : 0;
 }
 
+// Variance of weighed residuals over what the weights claim; `n_parameters` were fitted to them.
+double excess_of(const std::vector<double>& weights, const std::vector<Vec2>& residuals,
+                 bool along_u, double n_parameters) {
+  double sum = 0, n = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (!(weights[i] > 0)) continue;
+    const double r = along_u ? residuals[i].x : residuals[i].y;
+    sum += weights[i] * r * r;
+    n += 1;
+  }
+  return std::max(sum / std::max(n - n_parameters, 0.25 * n + 1), 0.05);
+}
+
 // What one coordinate of the samples leaves after the affine map.
 ScatteredValues leftovers(const std::vector<PhaseSample>& samples, const Affine& affine,
                           const std::vector<double>& weights, bool along_u) {
@@ -180,6 +193,25 @@ MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height
     sum_weights += weight;
   }
   fit.residual_px = sum_weights > 0 ? std::sqrt(sum / sum_weights) : 0;
+  MapErrorModel& errors = fit.error_model;
+  double n_parameters = 3;
+  if (!levels.flat()) {
+    for (std::size_t i = 0; i < levels.spacing_px.size(); ++i) {
+      if (levels.stiffness[i] >= 0) errors.spacing_px = levels.spacing_px[i];
+    }
+    n_parameters +=
+        static_cast<double>(width_px) * height_px / (errors.spacing_px * errors.spacing_px);
+    double square = 0;
+    for (const PhaseSample& sample : samples) {
+      const Vec2 d = fit.map.displacement(sample.p_in_scan);
+      square += dot(d, d);
+    }
+    errors.amplitude_periods = std::sqrt(square / static_cast<double>(samples.size()));
+  }
+  errors.excess_u = excess_of(weights.u, residuals, true, n_parameters);
+  errors.excess_v = excess_of(weights.v, residuals, false, n_parameters);
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    fit.placed.push_back({samples[i].p_in_scan, weights.u[i], weights.v[i]});
   fit.usable = affine.linear.determinant() != 0 && std::isfinite(fit.residual_px);
   return fit;
 }

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/screen/map_uncertainty.h"
 #include "core/screen/phase_samples.h"
 #include "core/screen/screen_map.h"
 
@@ -14,6 +15,9 @@ struct MapFit {
   int n_used = 0;
   int n_outliers = 0;
   bool usable = false;
+  // For MapUncertainty: the samples as they were weighed in the end, and what they leave.
+  std::vector<PlacedInfo> placed;
+  MapErrorModel error_model;
 };
 
 // Robust affine map, and where held-out blocks of samples prove that it is better, a displacement

@@ -206,14 +206,6 @@ std::vector<double> correction(const SplineSurface& grid, const ScatteredValues&
   return LevelSystem(grid, samples, residual, weights, stiffness).solve();
 }
 
-// Blocks large enough that a held-out sample shares no pixel with a fitted one but at their rim.
-bool held_out(Vec2 p, int fold) {
-  constexpr double kBlockPx = 110;
-  const int i = static_cast<int>(std::floor(p.x / kBlockPx)),
-            j = static_cast<int>(std::floor(p.y / kBlockPx));
-  return (((i + 2 * j) % 5) + 5) % 5 == fold;
-}
-
 constexpr std::array<int, 2> kFolds{0, 2};
 // A level is added where left-out samples gain so much [nats each].
 constexpr double kLeastLevelGain = 0.04;
@@ -237,6 +229,13 @@ double SplineSurface::at(Vec2 p) const {
     sum += b.y[j] * (b.x[0] * row[0] + b.x[1] * row[1] + b.x[2] * row[2] + b.x[3] * row[3]);
   }
   return sum;
+}
+
+bool left_out_of_fold(Vec2 p, int fold) {
+  constexpr double kBlockPx = 110;
+  const int i = static_cast<int>(std::floor(p.x / kBlockPx)),
+            j = static_cast<int>(std::floor(p.y / kBlockPx));
+  return (((i + 2 * j) % 5) + 5) % 5 == fold;
 }
 
 bool SurfaceLevels::flat() const {
@@ -270,7 +269,7 @@ void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int w
     for (const int fold : kFolds) {
       Task task{samples, fold, samples->values, samples->weights};
       for (std::size_t s = 0; s < task.weights.size(); ++s) {
-        if (held_out(samples->positions[s], fold)) task.weights[s] = 0;
+        if (left_out_of_fold(samples->positions[s], fold)) task.weights[s] = 0;
       }
       tasks.push_back(std::move(task));
     }

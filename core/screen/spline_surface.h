@@ -31,6 +31,10 @@ struct SurfaceLevels {
   [[nodiscard]] bool flat() const;
 };
 
+// Blocks of 110 px, of which a fifth belongs to each fold 0..4: so large that a sample left out
+// shares no pixel with one that was fitted but at their rim.
+[[nodiscard]] bool left_out_of_fold(Vec2 p, int fold);
+
 // Levels for a frame, all still undecided: the coarsest about the size of the frame, each next half
 // of it, the finest not below finest_px.
 [[nodiscard]] SurfaceLevels surface_levels(int width_px, int height_px, double finest_px);

@@ -125,6 +125,24 @@ TEST_F(FilesE2e, RegisterGivesTheFiguresAndTheMap) {
   EXPECT_LT(worst, 0.05) << "periods";
 }
 
+TEST_F(FilesE2e, RegisterDrawsWhatItFound) {
+  const ProcessResult result = reseau(
+      {"register", film(), "--overlay", dir / "dots.png", "--plot", dir / "film.svg", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  for (const char* key : {"none_probability", "probability", "runner_up", "left_out_px",
+                          "uncertainty_px", "angle_sd_deg", "period_sd_px", "lines_per_mm"}) {
+    EXPECT_TRUE(json.contains(key)) << key;
+  }
+  EXPECT_LT(json["none_probability"].get<double>(), 0.1);
+  EXPECT_THAT(file_bytes(dir / "film.svg"), HasSubstr("</svg>"));
+  const std::string png = file_bytes(dir / "dots.png");
+  EXPECT_EQ(png.substr(1, 3), "PNG");
+  // Neither is overwritten.
+  EXPECT_EQ(reseau({"register", film(), "--overlay", dir / "dots.png"}).exit_code, 74);
+  EXPECT_EQ(file_bytes(dir / "dots.png"), png);
+}
+
 TEST_F(FilesE2e, ThreeChannelsAndEightBitsAreScansToo) {
   const Pixels pixels = read_pixels(film());
   write_tiff(dir / "rgb16.tif", first_channels(pixels, 3), 16);

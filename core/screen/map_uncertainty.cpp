@@ -1,0 +1,118 @@
+#include "core/screen/map_uncertainty.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include <Eigen/Dense>
+
+namespace reseau {
+namespace {
+
+constexpr int kMostNodes = 24;  // per axis
+// Windows that lie side by side err alike, because they share the picture's edges: on simulated
+// films the errors of affine maps have 1.8 times the variance that independent windows would give,
+// and what splines miss twice as much again.
+constexpr double kAlike = 1.8, kMissed = 2;
+
+// Inverse of the normal matrix of a plane a x + b y + c, positions scaled.
+Eigen::Matrix3d plane_covariance(const std::vector<PlacedInfo>& samples, double scale,
+                                 bool along_u) {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  for (const PlacedInfo& sample : samples) {
+    const Eigen::Vector3d row(sample.p_in_scan.x / scale, sample.p_in_scan.y / scale, 1);
+    normal += (along_u ? sample.info_u : sample.info_v) * row * row.transpose();
+  }
+  normal += Eigen::Matrix3d::Identity() * (1e-12 * normal.trace() + 1e-300);
+  return normal.inverse();
+}
+
+// Information that samples about p give to a spline of this spacing: a node's share is what lies in
+// a square of one spacing, seen through a Gaussian.
+double local_info(const std::vector<PlacedInfo>& samples, Vec2 p, double spacing, bool along_u) {
+  double sum = 0;
+  const double reach = 2 * spacing;
+  for (const PlacedInfo& sample : samples) {
+    const Vec2 d = sample.p_in_scan - p;
+    if (std::abs(d.x) > reach || std::abs(d.y) > reach) continue;
+    sum +=
+        (along_u ? sample.info_u : sample.info_v) * std::exp(-2 * dot(d, d) / (spacing * spacing));
+  }
+  return 0.637 * sum;
+}
+
+}  // namespace
+
+MapUncertainty::MapUncertainty(const ScreenMap& map, const std::vector<PlacedInfo>& samples,
+                               const MapErrorModel& claimed, int width_px, int height_px)
+    : n_columns_(std::clamp(width_px / 32, 2, kMostNodes)),
+      n_rows_(std::clamp(height_px / 32, 2, kMostNodes)),
+      step_x_((width_px - 1) / (n_columns_ - 1.0)),
+      step_y_((height_px - 1) / (n_rows_ - 1.0)) {
+  MapErrorModel model = claimed;
+  model.excess_u *= kAlike;
+  model.excess_v *= kAlike;
+  const double scale = std::max(width_px, height_px);
+  const Eigen::Matrix3d plane_u = plane_covariance(samples, scale, true),
+                        plane_v = plane_covariance(samples, scale, false);
+  slope_sd_ = {std::sqrt(model.excess_u * plane_u(0, 0)) / scale,
+               std::sqrt(model.excess_u * plane_u(1, 1)) / scale,
+               std::sqrt(model.excess_v * plane_v(0, 0)) / scale,
+               std::sqrt(model.excess_v * plane_v(1, 1)) / scale};
+  const double most = std::max(model.amplitude_periods * model.amplitude_periods, 1e-12);
+  double bound = 0;
+  for (int j = 0; j < n_rows_; ++j) {
+    for (int i = 0; i < n_columns_; ++i) {
+      const Vec2 p{i * step_x_, j * step_y_};
+      const Eigen::Vector3d row(p.x / scale, p.y / scale, 1);
+      double var_u = row.dot(plane_u * row), var_v = row.dot(plane_v * row);
+      double claimed_u = var_u, claimed_v = var_v;
+      var_u *= model.excess_u;
+      var_v *= model.excess_v;
+      if (model.spacing_px > 0) {
+        const double info_u = local_info(samples, p, model.spacing_px, true);
+        const double info_v = local_info(samples, p, model.spacing_px, false);
+        var_u += 1 / (info_u / (kMissed * model.excess_u) + 1 / most);
+        var_v += 1 / (info_v / (kMissed * model.excess_v) + 1 / most);
+        claimed_u += 1 / (info_u + 1 / most);
+        claimed_v += 1 / (info_v + 1 / most);
+      }
+      const Mat2 px = map.jacobian(p).inverse();
+      const Vec2 stage = map.line_error().variance_at(p);
+      covariance_.push_back({px.a * px.a * var_u + px.b * px.b * var_v + stage.x,
+                             px.a * px.c * var_u + px.b * px.d * var_v,
+                             px.c * px.c * var_u + px.d * px.d * var_v + stage.y});
+      bound += (px.a * px.a + px.c * px.c) * claimed_u + (px.b * px.b + px.d * px.d) * claimed_v;
+    }
+  }
+  bound_px_ = std::sqrt(bound / static_cast<double>(covariance_.size()));
+}
+
+PlaceCovariance MapUncertainty::at(Vec2 p) const {
+  if (covariance_.empty()) return {};
+  const double x = std::clamp(p.x / step_x_, 0.0, n_columns_ - 1.0),
+               y = std::clamp(p.y / step_y_, 0.0, n_rows_ - 1.0);
+  const int i = std::min(static_cast<int>(x), n_columns_ - 2),
+            j = std::min(static_cast<int>(y), n_rows_ - 2);
+  const double fx = x - i, fy = y - j;
+  PlaceCovariance sum;
+  const auto add = [&](int column, int row, double weight) {
+    const PlaceCovariance& node = covariance_[static_cast<std::size_t>(row * n_columns_ + column)];
+    sum.xx += weight * node.xx;
+    sum.xy += weight * node.xy;
+    sum.yy += weight * node.yy;
+  };
+  add(i, j, (1 - fx) * (1 - fy));
+  add(i + 1, j, fx * (1 - fy));
+  add(i, j + 1, (1 - fx) * fy);
+  add(i + 1, j + 1, fx * fy);
+  return sum;
+}
+
+double MapUncertainty::rms_px() const {
+  double sum = 0;
+  for (const PlaceCovariance& node : covariance_) sum += node.xx + node.yy;
+  return covariance_.empty() ? 0 : std::sqrt(sum / static_cast<double>(covariance_.size()));
+}
+
+}  // namespace reseau

@@ -1,0 +1,124 @@
+#include "core/screen/screen_layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "core/screen/screen_description.h"
+#include "core/screen/screen_pattern.h"
+
+namespace reseau {
+namespace {
+
+SiteSeries lines_and_squares_series() {
+  const ScreenPattern& pattern = ScreenPattern::dufaycolor();
+  SiteSeries series{};
+  for (int site = 0; site < 3; ++site) {
+    auto& out = series[static_cast<std::size_t>(site)];
+    out[0] = pattern.area(site);
+    for (std::size_t h = 0; h < kTileHarmonics.size(); ++h)
+      out[h + 1] = pattern.fourier(site, kTileHarmonics[h].u, kTileHarmonics[h].v).real();
+  }
+  return series;
+}
+
+// Squares of Paget and discs of Thames are alike in these harmonics to some percent; the squares
+// stand for both. Sums over a fine grid of the cell.
+SiteSeries two_sites_series() {
+  constexpr int kGrid = 256;
+  constexpr double kLarge = 85.0 / 148;  // Wall 1925, as in screen_description.cpp
+  const auto site_at = [](double u, double v) {
+    const auto inside = [](double a, double b) {
+      a -= std::round(a);
+      b -= std::round(b);
+      return std::abs(a) < kLarge / 2 && std::abs(b) < kLarge / 2 &&
+             std::abs(a) + std::abs(b) < 0.5;
+    };
+    if (inside(u, v)) return std::size_t{0};
+    return inside(u - 0.5, v - 0.5) ? std::size_t{1} : std::size_t{2};
+  };
+  SiteSeries series{};
+  for (int j = 0; j < kGrid; ++j) {
+    for (int i = 0; i < kGrid; ++i) {
+      const double u = (i + 0.5) / kGrid, v = (j + 0.5) / kGrid;
+      auto& out = series[site_at(u, v)];
+      out[0] += 1;
+      for (std::size_t h = 0; h < kTileHarmonics.size(); ++h)
+        out[h + 1] +=
+            std::cos(2 * std::numbers::pi * (kTileHarmonics[h].u * u + kTileHarmonics[h].v * v));
+    }
+  }
+  for (auto& site : series) {
+    for (double& value : site) value /= static_cast<double>(kGrid) * kGrid;
+  }
+  return series;
+}
+
+struct Made {
+  ScreenKind kind;
+  ScreenLayout layout;
+  int special_color;
+  double prior;
+};
+
+constexpr int kRed = 0, kGreen = 1, kBlue = 2;
+
+// Priors among screens that only the period tells apart: about how often one meets them.
+constexpr std::array<Made, 8> kMade{
+    {{ScreenKind::kDufaycolor, ScreenLayout::kLinesAndSquares, kRed, 1},
+     {ScreenKind::kSpicerDufayBlue, ScreenLayout::kLinesAndSquares, kBlue, 0.2},
+     {ScreenKind::kOmnicolore, ScreenLayout::kLinesAndSquares, kBlue, 0.45},
+     {ScreenKind::kImprovedDioptichrome, ScreenLayout::kLinesAndSquares, kBlue, 0.35},
+     {ScreenKind::kDioptichrome, ScreenLayout::kLinesAndSquares, kGreen, 0.8},
+     {ScreenKind::kSpicerDufayGreen, ScreenLayout::kLinesAndSquares, kGreen, 0.2},
+     {ScreenKind::kPaget, ScreenLayout::kTwoSites, kBlue, 0.5},
+     {ScreenKind::kFinlay, ScreenLayout::kTwoSites, kBlue, 0.3}}};
+constexpr Made kThamesMade{ScreenKind::kThames, ScreenLayout::kTwoSites, kBlue, 0.2};
+
+}  // namespace
+
+LayoutSites layout_sites(ScreenLayout layout) {
+  if (layout == ScreenLayout::kTwoSites) return {2, {0, 1}, {0.5, 0.5}, true};
+  return {0, {1, 2}, {0.5, 0}, false};
+}
+
+const SiteSeries& site_series(ScreenLayout layout) {
+  static const SiteSeries lines = lines_and_squares_series();
+  static const SiteSeries sites = two_sites_series();
+  return layout == ScreenLayout::kTwoSites ? sites : lines;
+}
+
+std::array<int, 3> site_colors(ScreenLayout layout, int special_color) {
+  // The first of the pair: green beside red lines, red beside lines of other colours.
+  const int first = special_color == kRed ? kGreen : kRed;
+  const int second = 3 - special_color - first;
+  if (layout == ScreenLayout::kTwoSites) return {first, second, special_color};
+  return {special_color, first, second};
+}
+
+std::vector<ScreenGuess> name_screen(const ScreenEvidence& evidence) {
+  std::vector<Made> made(kMade.begin(), kMade.end());
+  made.push_back(kThamesMade);
+  std::vector<ScreenGuess> guesses;
+  double total = 0;
+  for (const Made& screen : made) {
+    double weight = screen.prior;
+    // A share of one hundredth more that is explained is e^0.6 in favour.
+    if (screen.layout != evidence.layout)
+      weight *= std::exp(60 * std::min(evidence.other_explained - evidence.explained, 0.0));
+    if (screen.special_color != evidence.special_color) weight *= 1e-3;
+    if (evidence.period_um > 0) {
+      const double off = std::log(evidence.period_um / usual_sizes(screen.kind).period_um.y) / 0.15;
+      weight *= 1e-3 + std::exp(-0.5 * off * off);
+    }
+    guesses.push_back({screen_names()[static_cast<std::size_t>(screen.kind)].name, weight});
+    total += weight;
+  }
+  for (ScreenGuess& guess : guesses) guess.probability /= std::max(total, 1e-300);
+  std::ranges::stable_sort(
+      guesses, [](const auto& a, const auto& b) { return a.probability > b.probability; });
+  return guesses;
+}
+
+}  // namespace reseau

@@ -1,0 +1,54 @@
+// How the elements of a family of screens lie, whatever their colours: what harmonics can tell
+// apart. Which colour lies where, and so which screen it is, colours and the period say.
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "core/geometry/vec2.h"
+#include "core/screen/screen_tile.h"
+
+namespace reseau {
+
+enum class ScreenLayout {
+  kLinesAndSquares,  // sites: the line at v = 0.5, squares at (0, 0) and at (0.5, 0)
+  kTwoSites          // sites: (0, 0), (0.5, 0.5), and what lies between
+};
+
+struct LayoutSites {
+  int special = 0;            // the site unlike the others: the line, or what lies between
+  std::array<int, 2> pair{};  // the two that a shift exchanges
+  Vec2 pair_shift;            // which shift [periods]
+  bool square = false;        // the same when u and v are exchanged
+};
+[[nodiscard]] LayoutSites layout_sites(ScreenLayout layout);
+
+// Real Fourier coefficients of the sites' masks: [site][mean, then kTileHarmonics].
+using SiteSeries = std::array<std::array<double, kTileAmplitudes>, 3>;
+[[nodiscard]] const SiteSeries& site_series(ScreenLayout layout);
+
+// Colours (0 red, 1 green, 2 blue) of the sites when the special one has this colour, in the order
+// of the descriptions of screens.
+[[nodiscard]] std::array<int, 3> site_colors(ScreenLayout layout, int special_color);
+
+// A screen by name, and how probable it is.
+struct ScreenGuess {
+  std::string_view name;
+  double probability = 0;
+};
+
+// What a search found.
+struct ScreenEvidence {
+  ScreenLayout layout = ScreenLayout::kLinesAndSquares;
+  int special_color = 0;
+  // Share of what alternates that the layout explains, and the most that the other one does.
+  double explained = 0, other_explained = 0;
+  double period_um = 0;  // 0 = unknown
+};
+
+// The screens that were made, most probable first, all with the evidence for a réseau at all taken
+// for granted; sums to one. Never empty.
+[[nodiscard]] std::vector<ScreenGuess> name_screen(const ScreenEvidence& evidence);
+
+}  // namespace reseau
