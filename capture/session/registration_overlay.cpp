@@ -62,7 +62,7 @@ OverlayWindow read_window(const LineSource& source, const ToneCurves& tone, int 
     }
   }
   for (std::size_t c = 0; c < 3; ++c) {
-    const auto high = all[c].begin() + static_cast<std::ptrdiff_t>(all[c].size() * 99 / 100);
+    const auto high = all[c].begin() + static_cast<std::ptrdiff_t>(all[c].size() * 97 / 100);
     std::nth_element(all[c].begin(), high, all[c].end());
     window.gain[c] = 1 / std::max(*high, 1e-6F);
   }

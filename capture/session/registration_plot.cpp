@@ -102,7 +102,7 @@ void draw_stage(SvgPage& page, const LineError& line, const LineFormat& format, 
     }
     page.path(points, {along_x ? "#b03020" : "#2050a0", 1.5, ""});
   }
-  page.text({kMargin, top + 16},
+  page.text({kMargin, top + 8},
             fmt::format("Error of the stage, d({}): {:.3f} px rms; along x red, along y blue",
                         columns ? "column" : "line", std::sqrt(square / (n + 1))),
             13);

@@ -239,6 +239,25 @@ std::vector<Peak> find_peaks(const Spectra& s, std::size_t n_peaks) {
   return apart;
 }
 
+// The strongest peak that no small harmonic of the lattice explains, over the lattice's own power.
+double foreign_power(const std::vector<Peak>& peaks, const Carriers& lattice, double own,
+                     int size) {
+  for (const Peak& peak : peaks) {  // strongest first
+    bool harmonic = false;
+    for (int v = -3; v <= 3; ++v) {
+      for (int u = -3; u <= 3; ++u) {
+        const Vec2 off = peak.frequency -
+                         (static_cast<double>(u) * lattice.u + static_cast<double>(v) * lattice.v);
+        // Beyond the sampling a harmonic comes back from the other side.
+        const Vec2 folded{off.x - std::round(off.x), off.y - std::round(off.y)};
+        harmonic = harmonic || norm(folded) * size < 4;
+      }
+    }
+    if (!harmonic) return peak.power() / std::max(own, 1e-9);
+  }
+  return 0;
+}
+
 Carriers right_handed(Vec2 u, Vec2 v) {
   return cross(u, v) < 0 ? Carriers{u, -1.0 * v} : Carriers{u, v};
 }
@@ -400,6 +419,8 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared) {
     result.seed.screen_at_center = judged.screen_at_center;
     result.seed.response = judged.response;
     result.seed.sigma_px = judged.sigma_px;
+    result.seed.foreign =
+        foreign_power(peaks, candidate.carriers, candidate.score + kNoisePower, size);
     result.seed.confidence = -std::expm1(-candidate.score / 100);
   }
   return result;

@@ -21,6 +21,9 @@ struct LatticeSeed {
   Response response{};    // without infrared: the brightest light counts as clear
   double sigma_px = 0.7;  // a rough blur
   double confidence = 0;  // 0..1
+  // Power of the strongest peak that is no harmonic of this lattice over the lattice's own: more
+  // than one where something else repeats more plainly, as the inks of a halftone.
+  double foreign = 0;
 };
 
 struct LatticeSearch {
