@@ -18,7 +18,8 @@ void DevelopChoice::add_to(CLI::App& app) {
   app.add_option("--geometry", geometry, "scan: size and orientation of the scan (default)")
       ->check(CLI::IsMember({"scan"}))
       ->group(group);
-  app.add_option("--quality", quality, "draft, standard (default) or best")
+  app.add_option("--quality", quality,
+                 "draft, standard (default) or best: coarser and faster, or finer and slower")
       ->check(CLI::IsMember({"draft", "standard", "best"}))
       ->group(group);
   app.add_option("--white", white_level,
@@ -79,10 +80,7 @@ DevelopOptions DevelopChoice::resolve(Reporter& reporter) const {
   if (!neutral.empty()) options.neutral = parse_neutral_area(neutral);
   options.n_threads = n_threads;
   options.exact = exact;
-  if (quality != "standard") {
-    reporter.note(fmt::format("There is one quality so far, standard; '{}' gives the same picture.",
-                              quality));
-  }
+  options.quality = parse_quality(quality);
   return options;
 }
 

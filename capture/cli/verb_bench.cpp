@@ -1,3 +1,5 @@
+#include "capture/cli/verb_bench.h"
+
 #include <algorithm>
 #include <iterator>
 #include <memory>
@@ -75,7 +77,7 @@ void add_bench(Program& program) {
   CLI::App* group =
       program.add_group("bench", "Measures the program on simulated films of which all is known.",
                         "reseau bench registration\n"
-                        "reseau bench registration --sweeps");
+                        "reseau bench reconstruction --quality best");
   auto options = std::make_shared<BenchArguments>();
   CLI::App* app = program.add_verb_below(
       group, "registration",
@@ -89,6 +91,7 @@ void add_bench(Program& program) {
   app->add_option("--only", options->only, "Cases whose name contains this text");
   app->add_option("--threads", options->n_threads, "Threads; 0 = all cores")
       ->check(CLI::Range(0, 1024));
+  add_bench_reconstruction(program, group);
 }
 
 }  // namespace reseau::cli

@@ -39,6 +39,7 @@ ReconstructOptions reconstruct_options_of(const DevelopOptions& options) {
   out.silver_from_rgb = options.silver.weights;
   out.n_threads = options.n_threads;
   out.exact = options.exact;
+  out.quality = options.quality;
   return out;
 }
 

@@ -23,15 +23,15 @@ class BlurredCell {
     const float x = (u - std::floor(u)) * kSize, y = (v - std::floor(v)) * kSize;
     const auto ix = static_cast<std::size_t>(x), iy = static_cast<std::size_t>(y);
     const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy);
-    const float* a = &table_[(iy * (kSize + 2) + ix) * 3];
-    const float* b = a + static_cast<std::ptrdiff_t>((kSize + 2) * 3);
-    std::array<float, 3> m;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const float top = a[k] + fx * (a[k + 3] - a[k]);
-      const float bottom = b[k] + fx * (b[k + 3] - b[k]);
+    const float* a = &table_[(iy * kRow + ix) * kStride];
+    const float* b = a + kRow * kStride;
+    std::array<float, kStride> m;
+    for (std::size_t k = 0; k < kStride; ++k) {
+      const float top = a[k] + fx * (a[k + kStride] - a[k]);
+      const float bottom = b[k] + fx * (b[k + kStride] - b[k]);
       m[k] = top + fy * (bottom - top);
     }
-    return m;
+    return {m[0], m[1], m[2]};
   }
 
   // What one collected element of colour k (row) holds of each colour (column) on average when
@@ -41,8 +41,9 @@ class BlurredCell {
   }
 
  private:
-  static constexpr std::size_t kSize = 128;
-  std::vector<float> table_;  // [v][u][colour], two extra rows and columns that repeat the first
+  // Two extra rows and columns repeat the first; a fourth, unused colour makes vectors of four.
+  static constexpr std::size_t kSize = 128, kRow = kSize + 2, kStride = 4;
+  std::vector<float> table_;  // [v][u][colour]
   std::array<std::array<double, 3>, 3> crosstalk_{};
 };
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/geometry/vec2.h"
@@ -69,7 +70,14 @@ struct Registration {
 [[nodiscard]] Registration register_screen(const LineSource& source, const RegisterOptions& options,
                                            const ProgressFn& progress, const std::stop_token& stop);
 
+// draft: bilinear between elements. standard: bicubic. best: what the pixels hold beyond that, by a
+// joint inverse of réseau and blur.
+enum class Quality { kDraft, kStandard, kBest };
+// "draft", "standard" or "best"; InputError for anything else.
+[[nodiscard]] Quality parse_quality(std::string_view name);
+
 struct ReconstructOptions {
+  Quality quality = Quality::kStandard;
   ToneCurves tone = ToneCurves::linear();
   // Row-major 3x3 applied to element intensities (process RGB) at the end; identity = process RGB.
   std::array<double, 9> output_from_process{1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -88,6 +96,10 @@ struct SharpnessReport {
   // found.
   std::array<double, 4> sigma_px{};
   std::array<double, 4> sigma_sd_px{};
+  // Least and most over the frame, and the degree of the polynomial that describes it (0: the same
+  // everywhere).
+  std::array<std::array<double, 2>, 4> sigma_range_px{};
+  std::array<int, 4> field_degree{};
   std::array<std::string, 4> origin;  // "measured", "pooled", "default", "absent"
   // Printed widths as found in this film [periods]: the red line, the green square.
   double red_width = 0, green_length = 0;

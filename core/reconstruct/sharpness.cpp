@@ -31,6 +31,10 @@ constexpr double kModelError = 0.015;
 struct TilePlace {
   int x, y;
 };
+struct MeasuredTiles {
+  std::vector<ScreenTile> tiles;
+  std::vector<Vec2> middles;  // [px]
+};
 
 std::vector<TilePlace> tile_places(int width, int height, int size) {
   std::vector<TilePlace> places;
@@ -46,8 +50,8 @@ std::vector<TilePlace> tile_places(int width, int height, int size) {
   return places;
 }
 
-std::vector<ScreenTile> measure_tiles(const LineSource& source, const Registration& registration,
-                                      const ToneCurves& tone, const std::stop_token& stop) {
+MeasuredTiles measure_tiles(const LineSource& source, const Registration& registration,
+                            const ToneCurves& tone, const std::stop_token& stop) {
   const LineFormat& format = source.format();
   const double period = std::max(registration.period_px[0], registration.period_px[1]);
   const int size = std::min(
@@ -69,7 +73,10 @@ std::vector<ScreenTile> measure_tiles(const LineSource& source, const Registrati
       tiles[i] = measure_screen_tile(rows, places[i].x, size, registration.map);
     }
   });
-  return tiles;
+  std::vector<Vec2> middles;
+  for (const TilePlace& place : places)
+    middles.push_back({place.x + 0.5 * (size - 1), place.y + 0.5 * (size - 1)});
+  return {std::move(tiles), std::move(middles)};
 }
 
 using Amplitudes = ElementModel::Amplitudes;
@@ -352,6 +359,109 @@ Vec2 infrared_shift(const std::vector<ScreenTile>& tiles, const std::array<doubl
   return norm(shift) < 1 ? shift : Vec2{};
 }
 
+// The blur of one channel in one tile alone; sd 0 when the tile does not tell.
+BlurSample tile_blur(const ScreenTile& tile, std::size_t channel, const ElementModel& model,
+                     double about_px) {
+  const Amplitudes even = weighted_amplitudes(tile.amplitude[channel]),
+                   odd = weighted_amplitudes(tile.odd[channel]);
+  // What is not the pattern's shows in the odd amplitudes, and looks the same in the even ones.
+  const double variance = odd.tail<kTileAmplitudes - 1>().squaredNorm() / (kTileAmplitudes - 1) +
+                          tile.variance[channel] / tile.n_effective + 1e-12;
+  const auto cost = [&](double sigma) {
+    const Columns columns = model.columns(sigma);
+    const Amplitudes rest = even - columns * columns.householderQr().solve(even);
+    return rest.squaredNorm() / variance;
+  };
+  double low = std::max(kLeastSigmaPx, about_px / 2.5),
+         high = std::min(kMostSigmaPx, about_px * 2.5);
+  constexpr int kSteps = 12;
+  double best = 1e300, at = about_px;
+  const double step = std::log(high / low) / kSteps;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double sigma = low * std::exp(i * step), value = cost(sigma);
+    if (value < best) {
+      best = value;
+      at = sigma;
+    }
+  }
+  low = at * std::exp(-step);
+  high = at * std::exp(step);
+  constexpr double kGolden = 0.6180339887498949;
+  for (int i = 0; i < 14; ++i) {
+    const double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+    (cost(a) < cost(b) ? high : low) = cost(a) < cost(b) ? b : a;
+  }
+  at = 0.5 * (low + high);
+  constexpr double kStep = 0.02;
+  const double curvature = (cost(at + kStep) - 2 * cost(at) + cost(at - kStep)) / (kStep * kStep);
+  BlurSample sample;
+  if (!(curvature > 0)) return sample;
+  // A model that does not fit is to be trusted less.
+  const double misfit = std::max(1.0, cost(at) / (kTileAmplitudes - 4));
+  const double sd = std::sqrt(2 * misfit / curvature);
+  if (!(sd < 0.2 * about_px)) return sample;
+  sample.variance_px2 = at * at;
+  // Steps of the search bound what a perfect tile can tell.
+  sample.sd = 2 * at * std::hypot(sd, 0.001);
+  return sample;
+}
+
+// Blur by place. The widths are those of the whole picture.
+void fit_field(const MeasuredTiles& measured, const ElementModel& model, std::size_t n_channels,
+               Vec2 frame_px, Sharpness& result) {
+  SharpnessReport& report = result.report;
+  std::array<std::vector<BlurSample>, 4> samples;
+  const auto n = measured.tiles.size();
+  std::vector<std::array<BlurSample, 4>> found(n);
+  parallel_for(static_cast<int>(n), [&](int i) {
+    const auto t = static_cast<std::size_t>(i);
+    if (!measured.tiles[t].used) return;
+    for (std::size_t c = 0; c < n_channels; ++c) {
+      found[t][c] = tile_blur(measured.tiles[t], c, model, report.sigma_px[c]);
+      found[t][c].at_px = measured.middles[t];
+    }
+  });
+  for (const auto& tile : found) {
+    for (std::size_t c = 0; c < n_channels; ++c) {
+      if (tile[c].sd > 0) samples[c].push_back(tile[c]);
+    }
+  }
+  for (std::size_t c = 0; c < n_channels; ++c) {
+    BlurSurface& surface = result.field[c];
+    surface = BlurSurface(report.sigma_px[c]);
+    if (c < 3 && samples[c].size() >= 6) {
+      const BlurSurface own =
+          fit_blur_surface(samples[c], frame_px, BlurSurface::kMostDegree, nullptr);
+      // A constant is known better from all amplitudes together.
+      if (own.degree() > 0) surface = own;
+    }
+  }
+  if (n_channels == 4) {
+    const BlurSurface rgb =
+        BlurSurface::mixed(BlurSurface::mixed(result.field[0], 1.0 / 3, result.field[1], 1.0 / 3),
+                           1, result.field[2], 1.0 / 3);
+    if (rgb.degree() > 0) {
+      result.field[3] = samples[3].size() >= 6
+                            ? fit_blur_surface(samples[3], frame_px, 2, &rgb)
+                            : BlurSurface::mixed(rgb, 1, BlurSurface(report.sigma_px[3]), 0);
+    }
+  }
+  for (std::size_t c = 0; c < n_channels; ++c) {
+    report.sigma_range_px[c] = result.field[c].range_px();
+    report.field_degree[c] = result.field[c].degree();
+  }
+}
+
+double calmest_noise(const std::vector<ScreenTile>& tiles) {
+  std::vector<double> variance;
+  for (const ScreenTile& tile : tiles) {
+    if (tile.used) variance.push_back(tile.variance[3]);
+  }
+  const auto tenth = variance.begin() + static_cast<std::ptrdiff_t>(variance.size() / 10);
+  std::nth_element(variance.begin(), tenth, variance.end());
+  return std::sqrt(*tenth);
+}
+
 }  // namespace
 
 Sharpness measure_sharpness(const LineSource& source, const Registration& registration,
@@ -367,13 +477,19 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
     result.report.origin[c] = "default";
   }
   if (!infrared) result.report.origin[3] = "absent";
+  for (std::size_t c = 0; c < n_channels; ++c) {
+    result.field[c] = BlurSurface(kDefaultSigmaPx);
+    result.report.sigma_range_px[c] = {kDefaultSigmaPx, kDefaultSigmaPx};
+  }
   result.report.red_width = kDufaycolorRedWidth;
   result.report.green_length = kDufaycolorGreenLength;
 
-  const std::vector<ScreenTile> tiles = measure_tiles(source, registration, tone, stop);
+  const MeasuredTiles measured = measure_tiles(source, registration, tone, stop);
+  const std::vector<ScreenTile>& tiles = measured.tiles;
   if (stop.stop_requested()) return result;
   if (std::none_of(tiles.begin(), tiles.end(), [](const ScreenTile& t) { return t.used; }))
     return result;
+  result.noise_sd = calmest_noise(tiles);
   const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
                     registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
   const SharpnessFit fit = SharpnessProblem(linear, tiles, n_channels).solve();
@@ -394,6 +510,10 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   result.report.red_width = fit.widths.red;
   result.report.green_length = fit.widths.green;
   const ElementModel model(linear, fit.widths);
+  fit_field(
+      measured, model, n_channels,
+      {static_cast<double>(source.format().width_px), static_cast<double>(source.committed())},
+      result);
   result.response = fit_response(tiles, model, result.report.sigma_px, infrared);
   if (!infrared) {
     scale_to_clear(source, registration, tone, fit.widths.red, fit.widths.green, stop,

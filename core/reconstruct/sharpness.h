@@ -8,6 +8,7 @@
 #include "core/geometry/vec2.h"
 #include "core/line/line_source.h"
 #include "core/reconstruct/reconstruct.h"
+#include "core/reconstruct/sharpness_field.h"
 
 namespace reseau {
 
@@ -16,6 +17,11 @@ struct Sharpness {
   // Refined with the measured blur; per unit silver, [element][channel].
   std::array<std::array<double, 3>, 3> response{};
   std::array<double, 3> silver_from_rgb{};
+  // How the blur changes over the frame, R G B IR.
+  std::array<BlurSurface, 4> field;
+  // Of a pixel's silver, relative to full scale: noise and what no réseau explains, in the calmest
+  // places of the picture.
+  double noise_sd = 0.003;
 };
 
 // Looks at up to some 200 tiles of the frame, whatever its size. The harmonics of the réseau in raw
@@ -23,7 +29,9 @@ struct Sharpness {
 // silver shows the pattern), and the printed widths, together; what the picture itself adds is
 // measured by the odd harmonics, which the pattern does not have, and subtracted. Weak priors (0.7
 // px, infrared a little softer, the widths of the micrograph) decide only what the data leave open;
-// the report says which channel was measured, pooled or left at the default.
+// the report says which channel was measured, pooled or left at the default. A blur that changes
+// over the frame is followed tile by tile; where a tile is too dark or too busy its neighbours
+// decide, and where infrared shows too little of the réseau, what it differs from RGB elsewhere.
 [[nodiscard]] Sharpness measure_sharpness(const LineSource& source,
                                           const Registration& registration, const ToneCurves& tone,
                                           const std::stop_token& stop);

@@ -20,8 +20,15 @@ std::vector<float> power_table(double gamma) {
 }  // namespace
 
 ToneCurves::ToneCurves(std::array<std::vector<float>, 4> tables) : tables_(std::move(tables)) {
+  linear_ = true;
   for (const auto& table : tables_) {
     CHECK(table.size() == kEntries);
+    for (std::size_t i = 0; i < kEntries; ++i) {
+      if (!std::isfinite(table[i])) {
+        throw InputError("The tone curve of the scan holds values that are not numbers.");
+      }
+      linear_ = linear_ && table[i] == static_cast<float>(static_cast<double>(i) / 65535.0);
+    }
   }
 }
 

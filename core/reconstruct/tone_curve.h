@@ -14,15 +14,18 @@ class ToneCurves {
   static ToneCurves linear();
   // (value / 65535)^gamma. gamma must be finite and in 0.1..10, else InputError.
   static ToneCurves gamma(double gamma);
-  // Any four tables of 65536 finite entries.
+  // Any four tables of 65536 entries. Throws InputError when one is not finite.
   explicit ToneCurves(std::array<std::vector<float>, 4> tables);
 
+  // True for value / 65535 in all four.
+  [[nodiscard]] bool is_linear() const { return linear_; }
   [[nodiscard]] const std::vector<float>& table(int channel) const {
     return tables_[static_cast<std::size_t>(channel)];
   }
 
  private:
   std::array<std::vector<float>, 4> tables_;
+  bool linear_ = false;
 };
 
 }  // namespace reseau

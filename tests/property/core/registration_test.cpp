@@ -135,7 +135,9 @@ class DripSource final : public LineSource {
   mutable int committed_ = 0;
 };
 
-TEST(Reconstruction, SameBytesForAnyThreadsAndAnyChunks) {
+class ReconstructionBytes : public testing::TestWithParam<Quality> {};
+
+TEST_P(ReconstructionBytes, AreTheSameForAnyThreadsAndAnyChunks) {
   test::SyntheticScan scan = base();
   scan.height_px = 700;
   scan.displacement_px = [](double x, double y) {
@@ -154,6 +156,7 @@ TEST(Reconstruction, SameBytesForAnyThreadsAndAnyChunks) {
     ASSERT_TRUE(registration.found);
     ReconstructOptions options;
     options.n_threads = c.threads;
+    options.quality = GetParam();
     test::MemorySink sink;
     (void)reconstruct(source, registration, options, sink, {}, {});
     if (reference.empty()) {
@@ -163,6 +166,9 @@ TEST(Reconstruction, SameBytesForAnyThreadsAndAnyChunks) {
     EXPECT_TRUE(reference == sink.rgb) << c.threads << " threads, " << c.step << " lines at a time";
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Qualities, ReconstructionBytes,
+                         testing::Values(Quality::kStandard, Quality::kBest));
 
 TEST(Reconstruction, PatchesComeBackAtSeveralBlursAndWithoutInfrared) {
   struct Case {

@@ -1,0 +1,74 @@
+#include "capture/bench/reconstruction_bench.h"
+
+#include <chrono>
+#include <ctime>
+
+#include "core/line/memory_line_source.h"
+#include "drivers/sim/simulate.h"
+
+namespace reseau {
+namespace {
+
+// Of all threads of the process, so that other work on the machine does not count.
+double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+constexpr const char* kMegapixel = "ls5000?width_px=1000&height_px=1000&";
+
+}  // namespace
+
+std::vector<ReconstructionCase> reconstruction_cases() {
+  return {
+      {"chart, blur 0.6 px", "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005"},
+      {"natural, blur 0.6 px, noise 0.6 %", "scene=natural&blur_px=0.6&ir_blur_px=0.6&noise=0.006"},
+      {"chart, blur 1.0 px", "scene=chart&blur_px=1&ir_blur_px=1&noise=0.0005"},
+      {"natural, blur 1.0 px", "scene=natural&blur_px=1&ir_blur_px=1&noise=0.002"},
+      {"chart, blur 1.5 px", "scene=chart&blur_px=1.5&ir_blur_px=1.5&noise=0.0005"},
+      {"natural, blur 1.5 px", "scene=natural&blur_px=1.5&ir_blur_px=1.5&noise=0.002"},
+      // Defocus that spreads as a Gaussian of 1.34 px does, from one end of the field to the other.
+      {"chart, focus drifting",
+       "scene=chart&blur_px=0.4&ir_blur_px=0.4&noise=0.0005&f_number=4&"
+       "focus_um=68&focus_tilt_um=68"},
+      {"natural, focus drifting",
+       "scene=natural&blur_px=0.4&ir_blur_px=0.4&noise=0.002&f_number=4&"
+       "focus_um=68&focus_tilt_um=68"},
+      {"chart, bend 6 px and lens",
+       "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005&bend_px=6&radial=0.003"},
+      {"chart, stage 0.6 px", "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005&wobble_px=0.6"},
+      {"chart, 67 degrees", "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005&angle=67"},
+      {"chart, mirrored", "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005&mirrored=1"},
+  };
+}
+
+ReconstructionRun run_reconstruction_case(const ReconstructionCase& test, Quality quality,
+                                          bool exact, int n_threads) {
+  const sim::SimSpec spec = sim::parse_sim_spec(kMegapixel + test.film);
+  sim::SimulatedScan scan = sim::simulate_frame(spec);
+  const MemoryLineSource source(scan.format, std::move(scan.samples));
+  ReconstructionRun run;
+  RegisterOptions register_options;
+  register_options.n_threads = n_threads;
+  const double begin = cpu_seconds();
+  const Registration registration = register_screen(source, register_options, {}, {});
+  run.register_cpu_s = cpu_seconds() - begin;
+  run.found = registration.found;
+  run.reason = registration.reason;
+  if (!run.found) return run;
+  ReconstructOptions options;
+  options.quality = quality;
+  options.exact = exact;
+  options.n_threads = n_threads;
+  options.white_level = spec.sensor.clear_level;
+  PictureInMemory picture;
+  const double middle = cpu_seconds();
+  const auto wall = std::chrono::steady_clock::now();
+  run.report = reconstruct(source, registration, options, picture, {}, {});
+  run.reconstruct_wall_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
+  run.reconstruct_cpu_s = cpu_seconds() - middle;
+  run.score =
+      score_picture(scan.truth, 0.5 * (registration.period_px[0] + registration.period_px[1]),
+                    picture, n_threads);
+  return run;
+}
+
+}  // namespace reseau

@@ -1,0 +1,94 @@
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "capture/bench/reconstruction_bench.h"
+#include "capture/cli/verb_bench.h"
+#include "core/base/error.h"
+
+namespace reseau::cli {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+struct ReconstructionBench {
+  std::vector<std::string> qualities{"standard", "best"};
+  std::string film;
+  bool exact = false;
+  int n_threads = 0;
+};
+
+ordered_json to_json(const ReconstructionCase& test, const std::string& quality,
+                     const ReconstructionRun& run) {
+  ordered_json object{{"name", test.name}, {"film", test.film}, {"quality", quality}};
+  object["found"] = run.found;
+  if (!run.found) {
+    object["reason"] = run.reason;
+    return object;
+  }
+  const PictureScore& s = run.score;
+  object["full"] = {{"mean", s.full_mean}, {"p99", s.full_p99}, {"psnr_db", s.psnr_db}};
+  object["element_scale"] = {{"mean", s.element_mean}, {"p95", s.element_p95}};
+  object["patches"] = {{"mean", s.patch_mean}, {"max", s.patch_max}, {"n", s.n_patches}};
+  object["sigma_px"] = run.report.sharpness.sigma_px;
+  object["cpu_s"] = {{"register", run.register_cpu_s}, {"reconstruct", run.reconstruct_cpu_s}};
+  object["wall_s"] = run.reconstruct_wall_s;
+  object["skipped"] = run.report.skipped;
+  return object;
+}
+
+ExitCode bench_reconstruction(const ReconstructionBench& options, Work& work) {
+  std::vector<ReconstructionCase> cases = reconstruction_cases();
+  if (!options.film.empty()) cases = {{options.film, options.film}};
+  ordered_json result{{"schema", "reseau-bench-reconstruction/1"},
+                      {"cases", ordered_json::array()}};
+  work.reporter.result_line(fmt::format("{:<36} {:<9} {:>6} {:>6} {:>8} {:>7} {:>6} {:>7} {:>6}",
+                                        "dE00 of 1 megapixel", "quality", "full", "dB", "element",
+                                        "patches", "max", "reg. s", "rec. s"));
+  for (const ReconstructionCase& test : cases) {
+    for (const std::string& quality : options.qualities) {
+      if (work.signals.stop().stop_requested()) return kExitCancelled;
+      const ReconstructionRun run =
+          run_reconstruction_case(test, parse_quality(quality), options.exact, options.n_threads);
+      result["cases"].push_back(to_json(test, quality, run));
+      const PictureScore& s = run.score;
+      work.reporter.result_line(
+          run.found
+              ? fmt::format("{:<36} {:<9} {:>6.2f} {:>6.2f} {:>8.3f} {:>7.3f} {:>6.3f} "
+                            "{:>7.2f} {:>6.2f}",
+                            test.name, quality, s.full_mean, s.psnr_db, s.element_mean,
+                            s.patch_mean, s.patch_max, run.register_cpu_s, run.reconstruct_cpu_s)
+              : fmt::format("{:<36} {:<9} not registered: {}", test.name, quality, run.reason));
+    }
+  }
+  work.reporter.result_json(result);
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_bench_reconstruction(Program& program, CLI::App* bench) {
+  auto options = std::make_shared<ReconstructionBench>();
+  CLI::App* app = program.add_verb_below(
+      bench, "reconstruction",
+      "Reconstructs simulated films, everything automatic, and prints the colour error against "
+      "the\nscene (CIEDE2000 of process RGB as linear sRGB) pixel by pixel, after a Gaussian of "
+      "0.45 period\n(element), and of flat fields; and the processor time.",
+      "reseau bench reconstruction\n"
+      "reseau bench reconstruction --quality best --film 'scene=chart&blur_px=1.2' --json",
+      [options](Work& work) { return bench_reconstruction(*options, work); });
+  program.prints_own_json(app);
+  app->add_option("--quality", options->qualities, "draft, standard, best; default the last two")
+      ->check(CLI::IsMember({"draft", "standard", "best"}));
+  app->add_option("--film", options->film,
+                  "One film of your own instead of the table, as for 'simulate'");
+  app->add_flag("--exact", options->exact, "No shortcut that changes a pixel");
+  app->add_option("--threads", options->n_threads, "Threads; 0 = all cores (default)")
+      ->check(CLI::Range(0, 1024));
+}
+
+}  // namespace reseau::cli

@@ -1,0 +1,48 @@
+#include "core/reconstruct/blur_levels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/check.h"
+
+namespace reseau {
+
+BlurLevels::BlurLevels(const ScreenPattern& pattern, const BlurLevelSettings& settings) {
+  for (int color = 0; color < 3; ++color) {
+    const ElementLattice& lattice = pattern.lattices()[static_cast<std::size_t>(color)];
+    first_site_[static_cast<std::size_t>(color)] = sites_.size();
+    const int n = static_cast<int>(std::lround(1 / lattice.step.x));
+    for (int i = 0; i < n; ++i)
+      sites_.push_back({color, lattice.origin + Vec2{i * lattice.step.x, 0}});
+  }
+  CHECK(settings.least_sigma_px > 0 && settings.most_sigma_px >= settings.least_sigma_px);
+  const double span = std::log(settings.most_sigma_px / settings.least_sigma_px);
+  const int n = span > 0 ? 1 + static_cast<int>(std::ceil(span / std::log(settings.ratio))) : 1;
+  levels_.reserve(static_cast<std::size_t>(n));
+  for (int i = 0; i < n; ++i) {
+    const double sigma = settings.least_sigma_px * std::exp(n > 1 ? span * i / (n - 1) : 0.0);
+    BlurredCell cell(pattern, settings.screen_from_scan, sigma);
+    const EstimatorSettings estimator{settings.screen_from_scan, sigma, settings.noise_sd,
+                                      ElementKernels::kRadius};
+    ElementKernels elements(cell, estimator, sites_);
+    std::optional<DetailKernels> detail;
+    if (settings.detail) {
+      EstimatorSettings wide = estimator;
+      wide.radius_px = DetailKernels::kRadius;
+      detail.emplace(cell, wide, settings.detail_offset_px);
+    }
+    levels_.push_back({sigma, std::move(cell), std::move(elements), std::move(detail)});
+  }
+}
+
+BlurLevels::Place BlurLevels::place(double sigma_px) const {
+  if (levels_.size() < 2) return {};
+  const double first = std::log(levels_.front().sigma_px),
+               step = std::log(levels_[1].sigma_px) - first;
+  const double x = std::clamp((std::log(std::max(sigma_px, 1e-3)) - first) / step, 0.0,
+                              static_cast<double>(levels_.size() - 1));
+  const auto index = std::min(static_cast<std::size_t>(x), levels_.size() - 2);
+  return {index, static_cast<float>(x - static_cast<double>(index))};
+}
+
+}  // namespace reseau

@@ -1,0 +1,276 @@
+#include "core/reconstruct/tile_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/base/float4.h"
+#include "core/reconstruct/cubic_weights.h"
+
+namespace reseau {
+namespace {
+
+// Elements on either side of a pixel that interpolation takes, in lattice steps.
+constexpr int kLatticeReach = 2;
+constexpr int kDetailReach = DetailKernels::kRadius;
+constexpr std::size_t kPixelFloats = 4;  // R G B and one unused, while a tile is at work
+
+// Interpolation weights by the fraction of a lattice step, rounded to 1/1024.
+class WeightTable {
+ public:
+  static constexpr int kSteps = 1024;
+  explicit WeightTable(bool cubic) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const float t = static_cast<float>(i) / kSteps;
+      const std::array<float, 4> w = cubic ? cubic_weights(t) : std::array{0.0F, 1 - t, t, 0.0F};
+      std::copy(w.begin(), w.end(), weights_.begin() + static_cast<std::ptrdiff_t>(i) * 4);
+    }
+  }
+  [[nodiscard]] const float* at(float fraction) const {
+    return &weights_[static_cast<std::size_t>(fraction * kSteps + 0.5F) * 4];
+  }
+
+ private:
+  std::array<float, (kSteps + 1) * 4> weights_{};
+};
+
+const WeightTable& weight_table(Quality quality) {
+  static const WeightTable cubic(true), linear(false);
+  return quality == Quality::kDraft ? linear : cubic;
+}
+
+int reach_of(const ScreenMap& map) {
+  // From a pixel to the farthest element that interpolation takes, along x or y.
+  const Mat2 scan_from_screen = map.linear().inverse();
+  const double x = std::abs(scan_from_screen.a) + std::abs(scan_from_screen.b);
+  const double y = std::abs(scan_from_screen.c) + std::abs(scan_from_screen.d);
+  return static_cast<int>(std::ceil(kLatticeReach * std::max(x, y))) + 1;
+}
+
+}  // namespace
+
+TileRenderer::TileRenderer(const TileSettings& settings)
+    : settings_(settings),
+      element_reach_px_(reach_of(settings.map) +
+                        (settings.quality == Quality::kBest ? kDetailReach : 0)) {}
+
+float TileRenderer::element(const SilverRows& silver, std::size_t site, Vec2 p) const {
+  const auto x = static_cast<int>(std::floor(p.x + 0.5)),
+             y = static_cast<int>(std::floor(p.y + 0.5));
+  const auto fx = static_cast<float>(p.x - x), fy = static_cast<float>(p.y - y);
+  const float* corner = silver.at(x - ElementKernels::kRadius, y - ElementKernels::kRadius);
+  const auto weigh = [&](const ElementKernels& kernels) {
+    const float* from = corner;
+    const float* weight = kernels.of(site, fx, fy);
+    Float4 a{}, b{}, c{}, d{};
+    for (int row = 0; row < ElementKernels::kSide; ++row) {
+      a += load4(weight) * load4(from);
+      b += load4(weight + 4) * load4(from + 4);
+      c += load4(weight + 8) * load4(from + 8);
+      d += load4(weight + 12) * load4(from + 12);
+      weight += ElementKernels::kRow;
+      from += silver.stride();
+    }
+    return sum4((a + b) + (c + d));
+  };
+  const std::vector<BlurLevel>& levels = settings_.levels.levels();
+  if (levels.size() == 1) return weigh(levels[0].elements);
+  const BlurLevels::Place place = settings_.levels.place(settings_.blur.sigma_px(p));
+  const float first = weigh(levels[place.index].elements);
+  return first + place.toward_next * (weigh(levels[place.index + 1].elements) - first);
+}
+
+TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const PixelRect& rect,
+                                           Vec2 origin, Vec2 lowest, Vec2 highest) const {
+  Planes planes;
+  const Vec2 room{kLatticeReach + 1.0, kLatticeReach + 1.0};
+  const InverseMapGrid pixel_of(settings_.map, settings_.silver_shift_px, rect, origin,
+                                lowest - room, highest + room);
+  const PixelRect area = rect.grown(reach_of(settings_.map));
+  for (std::size_t c = 0; c < 3; ++c) {
+    const ElementLattice& lattice = settings_.pattern.lattices()[c];
+    const auto index = [](double s, double start, double step) {
+      return static_cast<int>(std::floor((s - start) / step));
+    };
+    Plane& plane = planes[c];
+    plane.first_i = index(lowest.x, lattice.origin.x, lattice.step.x) - kLatticeReach;
+    plane.first_j = index(lowest.y, lattice.origin.y, lattice.step.y) - kLatticeReach;
+    plane.n_i =
+        index(highest.x, lattice.origin.x, lattice.step.x) + kLatticeReach + 2 - plane.first_i;
+    plane.n_j =
+        index(highest.y, lattice.origin.y, lattice.step.y) + kLatticeReach + 2 - plane.first_j;
+    plane.values.assign(static_cast<std::size_t>(plane.n_i) * static_cast<std::size_t>(plane.n_j),
+                        0.0F);
+    const int n_sites = static_cast<int>(std::lround(1 / lattice.step.x));
+    for (int j = 0; j < plane.n_j; ++j) {
+      float* row = &plane.values[static_cast<std::size_t>(j) * static_cast<std::size_t>(plane.n_i)];
+      const double v = lattice.origin.y + (plane.first_j + j) * lattice.step.y;
+      for (int i = 0; i < plane.n_i; ++i) {
+        const double u = lattice.origin.x + (plane.first_i + i) * lattice.step.x;
+        const Vec2 p = pixel_of.at({u, v});
+        if (p.x < area.x0 || p.x > area.x1 || p.y < area.y0 || p.y > area.y1) continue;
+        const int site = ((plane.first_i + i) % n_sites + n_sites) % n_sites;
+        row[i] =
+            element(silver, settings_.levels.first_site()[c] + static_cast<std::size_t>(site), p);
+      }
+    }
+  }
+  return planes;
+}
+
+void TileRenderer::interpolate(const Planes& planes, const std::vector<ScreenPoint>& at,
+                               float* out) const {
+  const WeightTable& table = weight_table(settings_.quality);
+  struct Lattice {
+    float scale_x, scale_y, start_x, start_y;
+    const float* values;
+    int n_i;
+  };
+  std::array<Lattice, 3> lattices;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const ElementLattice& lattice = settings_.pattern.lattices()[c];
+    const auto scale_x = static_cast<float>(1 / lattice.step.x),
+               scale_y = static_cast<float>(1 / lattice.step.y);
+    lattices[c] = {scale_x,
+                   scale_y,
+                   static_cast<float>(-lattice.origin.x / lattice.step.x - planes[c].first_i),
+                   static_cast<float>(-lattice.origin.y / lattice.step.y - planes[c].first_j),
+                   planes[c].values.data(),
+                   planes[c].n_i};
+  }
+  for (const ScreenPoint& s : at) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Lattice& l = lattices[c];
+      const float x = s.u * l.scale_x + l.start_x, y = s.v * l.scale_y + l.start_y;
+      const int i = static_cast<int>(x), j = static_cast<int>(y);  // both are positive
+      const float* wx = table.at(x - static_cast<float>(i));
+      const float* wy = table.at(y - static_cast<float>(j));
+      const float* row = l.values + static_cast<std::ptrdiff_t>(j - 1) * l.n_i + (i - 1);
+      Float4 sum = wy[0] * load4(row);
+      sum += wy[1] * load4(row + l.n_i);
+      sum += wy[2] * load4(row + 2 * static_cast<std::ptrdiff_t>(l.n_i));
+      sum += wy[3] * load4(row + 3 * static_cast<std::ptrdiff_t>(l.n_i));
+      out[c] = sum4(sum * load4(wx));
+    }
+    out += kPixelFloats;
+  }
+}
+
+// What the smooth picture would give is taken off the silver; the rest is detail.
+void TileRenderer::add_detail(const SilverRows& silver, const MapGrid& silver_at,
+                              const PixelRect& rect, const std::vector<float>& smooth_of_silver,
+                              std::vector<float>& picture) const {
+  const PixelRect wide = rect.grown(kDetailReach);
+  const auto stride = static_cast<std::ptrdiff_t>(wide.width() + 1);
+  std::vector<float> rest(
+      static_cast<std::size_t>(stride) * static_cast<std::size_t>(wide.height()) + 4);
+  const std::vector<BlurLevel>& levels = settings_.levels.levels();
+  constexpr int kSigmaStep = 16;
+  std::vector<ScreenPoint> at;
+  BlurLevels::Place place{};
+  const float* smooth = smooth_of_silver.data();
+  for (int y = wide.y0; y < wide.y1; ++y) {
+    silver_at.row(y, at);
+    const float* from = silver.at(wide.x0, y);
+    float* to = &rest[static_cast<std::size_t>((y - wide.y0) * stride)];
+    for (int x = 0; x < wide.width(); ++x, smooth += kPixelFloats) {
+      const ScreenPoint s = at[static_cast<std::size_t>(x)];
+      if (levels.size() > 1 && x % kSigmaStep == 0) {
+        place = settings_.levels.place(
+            settings_.blur.sigma_px({static_cast<double>(wide.x0 + x), static_cast<double>(y)}));
+      }
+      std::array<float, 3> share = levels[place.index].cell.shares(s.u, s.v);
+      if (place.toward_next > 0) {
+        const auto next = levels[place.index + 1].cell.shares(s.u, s.v);
+        for (std::size_t c = 0; c < 3; ++c) share[c] += place.toward_next * (next[c] - share[c]);
+      }
+      to[x] = from[x] - (share[0] * smooth[0] + share[1] * smooth[1] + share[2] * smooth[2]);
+    }
+  }
+  float* out = picture.data();
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    silver_at.row(y, at);
+    const float* corner = &rest[static_cast<std::size_t>((y - wide.y0 - kDetailReach) * stride)];
+    for (int x = 0; x < rect.width(); ++x, out += kPixelFloats) {
+      const ScreenPoint s = at[static_cast<std::size_t>(x + kDetailReach)];
+      if (levels.size() > 1 && x % kSigmaStep == 0) {
+        place = settings_.levels.place(
+            settings_.blur.sigma_px({static_cast<double>(rect.x0 + x), static_cast<double>(y)}));
+      }
+      const BlurLevel& level = levels[place.index + (place.toward_next > 0.5F ? 1 : 0)];
+      const float* weight = level.detail->of(s.u, s.v);
+      const float* from = corner + x;
+      std::array<Float4, 3> a{}, b{};
+      for (int row = 0; row < DetailKernels::kSide; ++row) {
+        const Float4 p0 = load4(from), p1 = load4(from + 4), p2 = load4(from + 8),
+                     p3 = load4(from + 12);
+        for (std::size_t c = 0; c < 3; ++c) {
+          a[c] += load4(weight) * p0;
+          b[c] += load4(weight + 4) * p1;
+          a[c] += load4(weight + 8) * p2;
+          b[c] += load4(weight + 12) * p3;
+          weight += DetailKernels::kRow;
+        }
+        from += stride;
+      }
+      for (std::size_t c = 0; c < 3; ++c) out[c] += sum4(a[c] + b[c]);
+    }
+  }
+}
+
+void TileRenderer::render(const SilverRows& silver, const PixelRect& rect, float* out,
+                          std::ptrdiff_t row_stride) const {
+  const bool best = settings_.quality == Quality::kBest;
+  const bool shifted = !(settings_.silver_shift_px == Vec2{});
+  const PixelRect wide = rect.grown(best ? kDetailReach : 0);
+  const Vec2 corner =
+      settings_.map.screen_from_scan({static_cast<double>(rect.x0), static_cast<double>(rect.y0)});
+  const Vec2 origin{std::floor(corner.x), std::floor(corner.y)};
+  const MapGrid picture_at(settings_.map, {}, wide, origin);
+  const Planes planes = collect(silver, wide, origin, picture_at.lowest(), picture_at.highest());
+  std::vector<ScreenPoint> at;
+  const auto n_wide = static_cast<std::size_t>(wide.width()) * kPixelFloats;
+  const auto n_row = static_cast<std::size_t>(rect.width()) * kPixelFloats;
+  std::vector<float> picture(n_row * static_cast<std::size_t>(rect.height()));
+  if (!best) {
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      picture_at.row(y, at);
+      interpolate(planes, at, &picture[n_row * static_cast<std::size_t>(y - rect.y0)]);
+    }
+  } else {
+    std::vector<float> smooth(n_wide * static_cast<std::size_t>(wide.height()));
+    std::optional<MapGrid> moved;
+    if (shifted) moved.emplace(settings_.map, settings_.silver_shift_px, wide, origin);
+    const MapGrid& silver_at = shifted ? *moved : picture_at;
+    for (int y = wide.y0; y < wide.y1; ++y) {
+      silver_at.row(y, at);
+      interpolate(planes, at, &smooth[n_wide * static_cast<std::size_t>(y - wide.y0)]);
+    }
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      float* to = &picture[n_row * static_cast<std::size_t>(y - rect.y0)];
+      if (shifted) {
+        picture_at.row(y, at);
+        at.erase(at.begin(), at.begin() + kDetailReach);
+        at.resize(static_cast<std::size_t>(rect.width()));
+        interpolate(planes, at, to);
+      } else {
+        std::copy_n(
+            &smooth[n_wide * static_cast<std::size_t>(y - wide.y0) + kDetailReach * kPixelFloats],
+            n_row, to);
+      }
+    }
+    add_detail(silver, silver_at, rect, smooth, picture);
+  }
+  const std::array<float, 9>& m = settings_.output_from_process;
+  const float* p = picture.data();
+  for (int y = 0; y < rect.height(); ++y) {
+    float* to = out + y * row_stride;
+    for (int x = 0; x < rect.width(); ++x, p += kPixelFloats) {
+      *to++ = m[0] * p[0] + m[1] * p[1] + m[2] * p[2];
+      *to++ = m[3] * p[0] + m[4] * p[1] + m[5] * p[2];
+      *to++ = m[6] * p[0] + m[7] * p[1] + m[8] * p[2];
+    }
+  }
+}
+
+}  // namespace reseau

@@ -1,0 +1,58 @@
+// One tile of the reconstruction: elements from the silver, the picture between them, its detail.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/geometry/vec2.h"
+#include "core/reconstruct/blur_levels.h"
+#include "core/reconstruct/map_grid.h"
+#include "core/reconstruct/reconstruct.h"
+#include "core/reconstruct/sharpness_field.h"
+#include "core/reconstruct/silver_rows.h"
+#include "core/screen/screen_map.h"
+#include "core/screen/screen_pattern.h"
+
+namespace reseau {
+
+struct TileSettings {
+  const ScreenMap& map;
+  const ScreenPattern& pattern;
+  const BlurLevels& levels;
+  const BlurSurface& blur;  // of the silver, by place; asked when levels are several
+  Vec2 silver_shift_px;     // the silver of what lies at p is at p + shift
+  Quality quality = Quality::kStandard;
+  std::array<float, 9> output_from_process{};
+};
+
+// Immutable, thread-safe.
+class TileRenderer {
+ public:
+  explicit TileRenderer(const TileSettings& settings);
+
+  // How far around a tile the silver must be known.
+  [[nodiscard]] int reach_px() const { return element_reach_px_ + ElementKernels::kRadius + 2; }
+  // Writes the pixels of the rectangle, [row][pixel][3], `row_stride` floats from row to row.
+  void render(const SilverRows& silver, const PixelRect& rect, float* out,
+              std::ptrdiff_t row_stride) const;
+
+ private:
+  // The elements of one colour about a tile.
+  struct Plane {
+    int first_i = 0, first_j = 0, n_i = 0, n_j = 0;
+    std::vector<float> values;
+  };
+  using Planes = std::array<Plane, 3>;
+
+  [[nodiscard]] Planes collect(const SilverRows& silver, const PixelRect& rect, Vec2 origin,
+                               Vec2 lowest, Vec2 highest) const;
+  [[nodiscard]] float element(const SilverRows& silver, std::size_t site, Vec2 p) const;
+  void interpolate(const Planes& planes, const std::vector<ScreenPoint>& at, float* out) const;
+  void add_detail(const SilverRows& silver, const MapGrid& silver_at, const PixelRect& rect,
+                  const std::vector<float>& smooth_of_silver, std::vector<float>& picture) const;
+
+  TileSettings settings_;
+  int element_reach_px_;
+};
+
+}  // namespace reseau
