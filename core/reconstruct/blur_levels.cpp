@@ -23,7 +23,7 @@ BlurLevels::BlurLevels(const ScreenPattern& pattern, const BlurLevelSettings& se
     const double sigma = settings.least_sigma_px * std::exp(n > 1 ? span * i / (n - 1) : 0.0);
     BlurredCell cell(pattern, settings.screen_from_scan, sigma);
     const EstimatorSettings estimator{settings.screen_from_scan, sigma, settings.noise_sd,
-                                      ElementKernels::kRadius};
+                                      ElementKernels::kRadius, settings.red_alternation_sd};
     ElementKernels elements(cell, estimator, sites_);
     std::optional<DetailKernels> detail;
     if (settings.detail) {

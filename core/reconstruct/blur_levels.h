@@ -20,11 +20,12 @@ struct BlurLevel {
 
 struct BlurLevelSettings {
   Mat2 screen_from_scan;  // [periods/px]
-  double noise_sd = 0;
+  double noise_sd = 0;    // of a pixel's silver over the light there
   double least_sigma_px = 0, most_sigma_px = 0;
   double ratio = 1.08;  // between neighbouring levels at most
   bool detail = false;
   Vec2 detail_offset_px;
+  double red_alternation_sd = 0;  // as EstimatorSettings
 };
 
 // Immutable, thread-safe.

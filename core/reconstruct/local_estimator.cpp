@@ -25,6 +25,7 @@ constexpr double kLeastShare = 0.02;
 struct Mixture {
   std::array<double, 3> share{};
   std::array<Vec2, 3> from_px{};  // where each colour's light comes from
+  double alternation = 0;         // of red along its line, in deviations
 };
 
 double square_distance(Vec2 a, Vec2 b) {
@@ -54,6 +55,7 @@ std::vector<double> LocalEstimator::weights(Vec2 middle,
       const Vec2 s = middle + settings_.screen_from_scan * q;
       return cell_.shares(static_cast<float>(s.x), static_cast<float>(s.y));
     };
+    const double u = middle.x + (settings_.screen_from_scan * p).x;
     constexpr double kStepPx = 0.25;
     const auto here = shares(p), left = shares(p - Vec2{kStepPx, 0}),
                right = shares(p + Vec2{kStepPx, 0}), above = shares(p - Vec2{0, kStepPx}),
@@ -69,6 +71,8 @@ std::vector<double> LocalEstimator::weights(Vec2 middle,
       if (length > most) shift = (most / length) * shift;
       pixel.from_px[c] = p + shift;
     }
+    pixel.alternation =
+        settings_.red_alternation_sd * pixel.share[0] * std::cos(2 * std::numbers::pi * u);
   }
   Eigen::MatrixXd w(n, n);
   for (int j = 0; j < n; ++j) {
@@ -76,7 +80,7 @@ std::vector<double> LocalEstimator::weights(Vec2 middle,
     for (int i = j; i < n; ++i) {
       const Mixture& a = pixels[static_cast<std::size_t>(i)];
       const double dx = i % side - j % side, dy = i / side - j / side;
-      double sum = brightness_.at_square(dx * dx + dy * dy);
+      double sum = brightness_.at_square(dx * dx + dy * dy) + a.alternation * b.alternation;
       for (std::size_t c = 0; c < 3; ++c)
         sum +=
             a.share[c] * b.share[c] * color_.at_square(square_distance(a.from_px[c], b.from_px[c]));

@@ -23,10 +23,13 @@ using Clock = std::chrono::steady_clock;
 // Tiles are fixed to the frame, not to threads or to the lines that happen to be there, so that the
 // bytes are the same however the work is divided.
 constexpr int kTileWidth = 512, kTileHeight = 192;
-// What the model of the réseau leaves unexplained however little noise there is.
 // A blur taken for another that differs by this much changes flat colours by about 0.1.
 constexpr double kSameBlurPx = 0.02;
-constexpr double kLeastNoise = 0.002, kMostNoise = 0.02;
+// Less of an alternation between red beside green and beside blue is not seen.
+constexpr double kLeastAlternation = 0.01;
+// Noise over the light: what the model of the réseau leaves unexplained however little there is;
+// and where a picture drowns.
+constexpr double kLeastNoise = 0.002, kMostNoise = 0.5;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -112,11 +115,10 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   const Vec2 shift = infrared ? sharpness.report.infrared_shift_px : Vec2{};
   std::optional<BlurLevels> levels;
   with_threads(options.n_threads, [&] {
-    levels.emplace(
-        pattern,
-        BlurLevelSettings{
-            linear, std::clamp(sharpness.noise_sd / light, kLeastNoise, kMostNoise),
-            range[0], range[1], 1.15, options.quality == Quality::kBest, shift});
+    levels.emplace(pattern, BlurLevelSettings{
+                                linear, std::clamp(sharpness.noise_ratio, kLeastNoise, kMostNoise),
+                                range[0], range[1], 1.15, options.quality == Quality::kBest, shift,
+                                sharpness.red_alternation > kLeastAlternation ? 1.0 : 0.0});
   });
   report_conditioning(levels->levels().back(), report);
   TileSettings tile_settings{registration.map, pattern, *levels, blur, shift, options.quality, {}};

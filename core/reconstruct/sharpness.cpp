@@ -441,9 +441,13 @@ void fit_field(const MeasuredTiles& measured, const ElementModel& model, std::si
         BlurSurface::mixed(BlurSurface::mixed(result.field[0], 1.0 / 3, result.field[1], 1.0 / 3),
                            1, result.field[2], 1.0 / 3);
     if (rgb.degree() > 0) {
+      // Infrared that shows too little by place has the shape of RGB, and its own size.
+      double of_rgb = 0;
+      for (std::size_t c = 0; c < 3; ++c) of_rgb += report.sigma_px[c] * report.sigma_px[c] / 3;
+      const double scale = report.sigma_px[3] * report.sigma_px[3] / of_rgb;
       result.field[3] = samples[3].size() >= 6
                             ? fit_blur_surface(samples[3], frame_px, 2, &rgb)
-                            : BlurSurface::mixed(rgb, 1, BlurSurface(report.sigma_px[3]), 0);
+                            : BlurSurface::mixed(rgb, scale, BlurSurface(report.sigma_px[3]), 0);
     }
   }
   for (std::size_t c = 0; c < n_channels; ++c) {
@@ -452,14 +456,52 @@ void fit_field(const MeasuredTiles& measured, const ElementModel& model, std::si
   }
 }
 
+// Noise and grain of a pixel's silver over the light there, in the calmest places.
 double calmest_noise(const std::vector<ScreenTile>& tiles) {
-  std::vector<double> variance;
+  std::vector<double> ratio;
   for (const ScreenTile& tile : tiles) {
-    if (tile.used) variance.push_back(tile.variance[3]);
+    const double mean = tile.amplitude[3][0];
+    if (tile.used && mean > 0) ratio.push_back(std::sqrt(tile.variance[3]) / mean);
   }
-  const auto tenth = variance.begin() + static_cast<std::ptrdiff_t>(variance.size() / 10);
-  std::nth_element(variance.begin(), tenth, variance.end());
-  return std::sqrt(*tenth);
+  if (ratio.empty()) return Sharpness{}.noise_ratio;
+  const auto calm = ratio.begin() + static_cast<std::ptrdiff_t>(ratio.size() / 10);
+  std::nth_element(ratio.begin(), calm, ratio.end());
+  return *calm;
+}
+
+// Whether red differs, beside green, from what it is beside blue, more than this model of the
+// réseau allows: the mean over the picture of that alternation over the light, less its own error.
+double red_alternation(const std::vector<ScreenTile>& tiles, const ElementModel& model,
+                       const Mat2& linear, const ScreenWidths& widths, double sigma_px) {
+  using Modes = Eigen::Matrix<double, kTileAmplitudes, 4>;
+  const ScreenPattern pattern = ScreenPattern::dufaycolor(widths.red, widths.green);
+  Modes modes;
+  modes.leftCols<3>() = model.columns(sigma_px);
+  modes(0, 3) = 0.5 * (pattern.fourier(0, -1, 0) + pattern.fourier(0, 1, 0)).real();
+  const Mat2 t = linear.transposed();
+  for (int i = 1; i < kTileAmplitudes; ++i) {
+    const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
+    const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
+    const double otf =
+        std::exp(-2 * std::numbers::pi * std::numbers::pi * sigma_px * sigma_px * dot(f, f));
+    modes(i, 3) = std::numbers::sqrt2 * otf * 0.5 *
+                  (pattern.fourier(0, h.u - 1, h.v) + pattern.fourier(0, h.u + 1, h.v)).real();
+  }
+  const Eigen::HouseholderQR<Modes> qr(modes);
+  double sum = 0, squares = 0, weights = 0, squared_weights = 0;
+  for (const ScreenTile& tile : tiles) {
+    const double mean = tile.amplitude[3][0];
+    if (!tile.used || !(mean > 0)) continue;
+    const Eigen::Vector4d light = qr.solve(weighted_amplitudes(tile.amplitude[3]));
+    const double weight = 1 / (tile.variance[3] / (mean * mean) + 1e-4);
+    sum += weight * light(3) / mean;
+    squares += weight * light(3) * light(3) / (mean * mean);
+    weights += weight;
+    squared_weights += weight * weight;
+  }
+  if (!(weights > 0)) return 0;
+  const double mean = sum / weights, spread = std::max(squares / weights - mean * mean, 0.0);
+  return std::sqrt(std::max(mean * mean - 4 * spread * squared_weights / (weights * weights), 0.0));
 }
 
 }  // namespace
@@ -489,7 +531,7 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   if (stop.stop_requested()) return result;
   if (std::none_of(tiles.begin(), tiles.end(), [](const ScreenTile& t) { return t.used; }))
     return result;
-  result.noise_sd = calmest_noise(tiles);
+  result.noise_ratio = calmest_noise(tiles);
   const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
                     registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
   const SharpnessFit fit = SharpnessProblem(linear, tiles, n_channels).solve();
@@ -514,6 +556,8 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
       measured, model, n_channels,
       {static_cast<double>(source.format().width_px), static_cast<double>(source.committed())},
       result);
+  result.red_alternation =
+      red_alternation(tiles, model, linear, fit.widths, result.report.sigma_px[infrared ? 3 : 1]);
   result.response = fit_response(tiles, model, result.report.sigma_px, infrared);
   if (!infrared) {
     scale_to_clear(source, registration, tone, fit.widths.red, fit.widths.green, stop,

@@ -19,9 +19,12 @@ struct Sharpness {
   std::array<double, 3> silver_from_rgb{};
   // How the blur changes over the frame, R G B IR.
   std::array<BlurSurface, 4> field;
-  // Of a pixel's silver, relative to full scale: noise and what no réseau explains, in the calmest
-  // places of the picture.
-  double noise_sd = 0.003;
+  // Of a pixel's silver, over the silver there: noise, grain and what no réseau explains, in the
+  // calmest places of the picture.
+  double noise_ratio = 0.003;
+  // How much red beside green is found to differ from red beside blue (amplitude over the light),
+  // which this model of a film does not allow; 0 where it does not stand out.
+  double red_alternation = 0;
 };
 
 // Looks at up to some 200 tiles of the frame, whatever its size. The harmonics of the réseau in raw
