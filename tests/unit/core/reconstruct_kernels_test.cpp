@@ -1,6 +1,9 @@
 // The tables and grids that the reconstruction looks things up in.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -85,6 +88,48 @@ TEST(ElementKernels, NoiseBoundsWhatIsRaised) {
   EXPECT_LT(noisy, 4);
 }
 
+// What the element of `site` says of a pattern of silver, given at screen coordinates.
+template <typename Silver>
+double response_to(const BlurLevels& levels, std::size_t site, Vec2 f, const Silver& silver) {
+  const float* weight =
+      levels.levels().front().elements.of(site, static_cast<float>(f.x), static_cast<float>(f.y));
+  double sum = 0;
+  for (int y = -6; y <= 6; ++y) {
+    for (int x = -6; x <= 6; ++x) {
+      sum += static_cast<double>(weight[(y + 6) * ElementKernels::kRow + x + 6]) *
+             silver(levels.sites()[site].middle + kScreenFromScan * Vec2{x - f.x, y - f.y});
+    }
+  }
+  return sum;
+}
+
+TEST(ElementKernels, AnAlternationThatIsNotThePicturesIsNotFollowed) {
+  BlurLevelSettings settings;
+  settings.screen_from_scan = kScreenFromScan;
+  settings.noise_sd = 0.05;
+  settings.least_sigma_px = settings.most_sigma_px = 0.9;
+  const BlurLevels open(ScreenPattern::dufaycolor(), settings);
+  settings.red_alternation_sd = 1;
+  const BlurLevels blind(ScreenPattern::dufaycolor(), settings);
+  const BlurredCell& cell = open.levels().front().cell;
+  const auto alternation = [&cell](Vec2 s) {
+    const auto share = cell.shares(static_cast<float>(s.x), static_cast<float>(s.y));
+    return static_cast<double>(share[0]) * std::cos(2 * std::numbers::pi * s.x);
+  };
+  const auto flat = [&cell](Vec2 s) { return flat_silver(cell, {0.8, 0.1, 0.35}, s); };
+  for (std::size_t site = 0; site < open.sites().size(); ++site) {
+    const Vec2 f{0.2, -0.3};
+    const double followed = std::abs(response_to(open, site, f, alternation)),
+                 left = std::abs(response_to(blind, site, f, alternation));
+    if (open.sites()[site].color == 0) {
+      EXPECT_GT(followed, 0.2);
+    }
+    EXPECT_LT(left, 0.03) << "site " << site;
+    const auto color = static_cast<std::size_t>(open.sites()[site].color);
+    EXPECT_NEAR(response_to(blind, site, f, flat), std::array{0.8, 0.1, 0.35}[color], 0.03);
+  }
+}
+
 TEST(DetailKernels, HaveTheSymmetryOfThePattern) {
   const BlurLevels levels = levels_at(0.7, 0.003, true);
   const DetailKernels& detail = *levels.levels().front().detail;
@@ -166,13 +211,17 @@ TEST(SilverRows, ContinueThePatternBeyondTheFrame) {
   const SilverSettings settings{
       &source, &tone, 1.0, true, {}, 0, {Vec2{back.a, back.c}, Vec2{back.b, back.d}}, 20};
   const SilverRows rows(settings, 0, 80);
+  double worst_inside = 0, worst_beyond = 0;
   for (int y = -20; y < 100; ++y) {
     for (int x = -20; x < 110; ++x) {
       const bool inside = x >= 0 && y >= 0 && x < 90 && y < 80;
-      ASSERT_NEAR(static_cast<double>(*rows.at(x, y)), silver(x, y), inside ? 1e-4 : 0.07)
-          << x << ", " << y;
+      const double error = std::abs(static_cast<double>(*rows.at(x, y)) - silver(x, y));
+      double& worst_here = inside ? worst_inside : worst_beyond;
+      worst_here = std::max(worst_here, error);
     }
   }
+  EXPECT_LT(worst_inside, 1e-4);
+  EXPECT_LT(worst_beyond, 0.03);
   EXPECT_EQ(rows.clipped()[0], 90U * 80U);
   EXPECT_EQ(rows.clipped()[3], 0U);
 }
