@@ -116,7 +116,8 @@ TEST(ElementKernels, AnAlternationThatIsNotThePicturesIsNotFollowed) {
     const auto share = cell.shares(static_cast<float>(s.x), static_cast<float>(s.y));
     return static_cast<double>(share[0]) * std::cos(2 * std::numbers::pi * s.x);
   };
-  const auto flat = [&cell](Vec2 s) { return flat_silver(cell, {0.8, 0.1, 0.35}, s); };
+  const std::array<double, 3> rgb{0.8, 0.1, 0.35};
+  const auto flat = [&](Vec2 s) { return flat_silver(cell, rgb, s); };
   for (std::size_t site = 0; site < open.sites().size(); ++site) {
     const Vec2 f{0.2, -0.3};
     const double followed = std::abs(response_to(open, site, f, alternation)),
@@ -126,7 +127,7 @@ TEST(ElementKernels, AnAlternationThatIsNotThePicturesIsNotFollowed) {
     }
     EXPECT_LT(left, 0.03) << "site " << site;
     const auto color = static_cast<std::size_t>(open.sites()[site].color);
-    EXPECT_NEAR(response_to(blind, site, f, flat), std::array{0.8, 0.1, 0.35}[color], 0.03);
+    EXPECT_NEAR(response_to(blind, site, f, flat), rgb[color], 0.03);
   }
 }
 
