@@ -9,7 +9,7 @@ namespace reseau {
 namespace {
 
 constexpr std::uint16_t kNikon = 0x04B0;
-constexpr std::byte kPhaseQuery{0xD0};
+constexpr std::byte kQueryOfPhase{0xD0};
 enum PhaseByte : int { kStatusPhase = 1, kOutPhase = 2, kInPhase = 3 };
 
 bool sends_data(std::uint8_t opcode) {
@@ -55,7 +55,7 @@ void ScsiAsUsb::bulk_out(Endpoint /*endpoint*/, std::span<const std::byte> data,
     if (data.size() == 6 || data.size() == 10) cdb_.assign(data.begin(), data.end());
     return;
   }
-  if (data.size() != 1 || data[0] != kPhaseQuery) return;
+  if (data.size() != 1 || data[0] != kQueryOfPhase) return;
   const Cdb cdb(cdb_);
   const std::size_t length = length_of(cdb_);
   if (sends_data(cdb.opcode()) && length > 0) {

@@ -9,9 +9,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kBusyPoll = 100ms;
+constexpr Duration kBusyTargetPoll = 100ms;
 
-enum Status : std::uint8_t { kGood = 0x00, kCheck = 0x02, kBusy = 0x08, kConflict = 0x18 };
+enum Status : std::uint8_t { kGood = 0x00, kCheck = 0x02, kTargetBusy = 0x08, kConflict = 0x18 };
 // SG_IO's host status, linux/Documentation/scsi.
 enum HostStatus : int {
   kOk = 0,
@@ -87,7 +87,8 @@ ScsiReply SgScsi::transact(const Cdb& cdb, ByteView out, std::span<std::byte> in
     e.timeout = std::max(until - clock_.now(), Duration(1s));
     node_->exchange(e);
     // Neither of the two was executed by the unit.
-    const bool busy = e.host_status == kBusBusy || (e.host_status == kOk && e.status == kBusy);
+    const bool busy =
+        e.host_status == kBusBusy || (e.host_status == kOk && e.status == kTargetBusy);
     if (busy) {
       if (clock_.now() >= until) {
         throw DeviceError(DeviceError::Kind::kBusy,
@@ -95,7 +96,7 @@ ScsiReply SgScsi::transact(const Cdb& cdb, ByteView out, std::span<std::byte> in
                           "switch it off, wait ten seconds and switch it on again.",
                           cdb.describe() + ": BUSY until the deadline");
       }
-      clock_.sleep_for(kBusyPoll);
+      clock_.sleep_for(kBusyTargetPoll);
       continue;
     }
     if (e.host_status != kOk) throw host_error(e.host_status, cdb);
