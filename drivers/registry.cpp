@@ -131,19 +131,19 @@ std::string usb_name(const UsbDeviceInfo& unit) {
 ScsiLink scsi_link_of(Link link, const std::string& name, const OpenOptions& options,
                       coolscan::OpenAs& open_as) {
   const bool is_scsi = link.sg != nullptr;
-  ScsiLink scsi;
-  if (is_scsi) scsi = sg_scsi_link(std::move(link.sg), *link.clock);
-  if (!options.record_to.empty()) {
-    // A replay has to write the bytes of this scan, its time included.
-    open_as.started_at_utc = utc_now();
-    std::unique_ptr<UsbTransport> inner = std::move(link.usb);
-    if (is_scsi) inner = std::make_unique<ScsiAsUsb>(std::move(scsi));
-    link.usb = std::make_unique<RecordingTransport>(
-        std::move(inner), *link.clock, options.record_to,
-        SessionHeader{name, open_as.started_at_utc, options.record_comment});
+  if (options.record_to.empty()) {
+    return is_scsi ? sg_scsi_link(std::move(link.sg), *link.clock)
+                   : usb_scsi_link(std::move(link.usb), *link.clock);
   }
-  if (link.usb == nullptr) return scsi;
-  scsi = usb_scsi_link(std::move(link.usb), *link.clock);
+  // A replay has to write the bytes of this scan, its time included.
+  open_as.started_at_utc = utc_now();
+  if (is_scsi) {
+    link.usb = std::make_unique<ScsiAsUsb>(sg_scsi_link(std::move(link.sg), *link.clock));
+  }
+  link.usb = std::make_unique<RecordingTransport>(
+      std::move(link.usb), *link.clock, options.record_to,
+      SessionHeader{name, open_as.started_at_utc, options.record_comment});
+  ScsiLink scsi = usb_scsi_link(std::move(link.usb), *link.clock);
   if (is_scsi) as_scsi(scsi);
   return scsi;
 }

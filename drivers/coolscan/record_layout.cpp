@@ -105,7 +105,8 @@ void BlockDecoder::decode(ByteView block, std::span<std::uint16_t> out) const {
     const std::byte* const record =
         block.data() + static_cast<std::size_t>(p) * layout_.record_bytes();
     for (int l = 0; l < layout_.sensor_lines; ++l) {
-      const auto line = static_cast<std::size_t>(l * layout_.gap + p);
+      const int line_of_block = l * layout_.gap + p;
+      const auto line = static_cast<std::size_t>(line_of_block);
       for (std::size_t c = 0; c < n_colours; ++c) {
         decode_plane(record, static_cast<int>(c), l,
                      out.subspan((line * n_colours + c) * width, width));
