@@ -105,7 +105,7 @@ class Judge {
     for (int j = 0; j < kPhases; ++j) {
       for (int i = 0; i < kPhases; ++i)
         consider({i / static_cast<double>(kPhases), j / static_cast<double>(kPhases)},
-                 grid_turns()[static_cast<std::size_t>(j * kPhases + i)]);
+                 grid_turns()[static_cast<std::size_t>(j) * kPhases + static_cast<std::size_t>(i)]);
     }
     for (double step = 0.4 / kPhases; step > 0.003; step *= 0.5) {
       const Vec2 center = best.screen;
@@ -244,6 +244,7 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
       const Carriers first = carriers_of(entries[0].tile);
       const ElementModel model({first.u.x, first.u.y, first.v.x, first.v.y}, layout);
       std::vector<TileView> views;
+      views.reserve(entries.size());
       for (const Entry& entry : entries)
         views.push_back(exchange ? exchanged(entry.view) : entry.view);
       for (const double sigma : kSigmas) {

@@ -97,7 +97,9 @@ PlaceCovariance MapUncertainty::at(Vec2 p) const {
   const double fx = x - i, fy = y - j;
   PlaceCovariance sum;
   const auto add = [&](int column, int row, double weight) {
-    const PlaceCovariance& node = covariance_[static_cast<std::size_t>(row * n_columns_ + column)];
+    const PlaceCovariance& node =
+        covariance_[static_cast<std::size_t>(row) * static_cast<std::size_t>(n_columns_) +
+                    static_cast<std::size_t>(column)];
     sum.xx += weight * node.xx;
     sum.xy += weight * node.xy;
     sum.yy += weight * node.yy;
