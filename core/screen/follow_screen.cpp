@@ -84,8 +84,15 @@ class Follower {
     const auto strip_cells = [&](int extent_px, int cell_px) {
       return std::clamp(extent_px / 4 / cell_px / 2 * 2, std::max(2, 64 / cell_px), 256 / cell_px);
     };
-    strip_ = {strip_cells(cells.width_px(), cells.size().width * cells.keep_every()), 1, 0};
-    tall_strip_ = {1, strip_cells(cells.height_px(), cells.size().lines), 0};
+    // And two periods high, unless one fits a cell: less, where the lines of a réseau run along the
+    // scan's, shows the cut through the pattern and not the stage.
+    const auto cells_of_two_periods = [&](int cell_px) {
+      return period <= cell_px ? 1 : static_cast<int>(std::ceil(2 * period / cell_px));
+    };
+    strip_ = {strip_cells(cells.width_px(), cells.size().width * cells.keep_every()),
+              cells_of_two_periods(cells.size().lines), 0};
+    tall_strip_ = {cells_of_two_periods(cells.size().width),
+                   strip_cells(cells.height_px(), cells.size().lines), 0};
   }
 
   FollowedScreen run(bool check_left_out) {
@@ -250,10 +257,10 @@ class Follower {
     if (!coarse.usable) return result;
     for (const LineError::Axis axis : {LineError::Axis::kLines, LineError::Axis::kColumns}) {
       const bool lines = axis == LineError::Axis::kLines;
-      const LineFit found =
-          fit_line_error(line_samples(strips_along(axis), coarse.map), axis, strip_length_px(axis),
-                         lines ? cells_.height_px() : cells_.width_px(),
-                         lines ? cells_.size().lines : cells_.size().width);
+      const LineFit found = fit_line_error(
+          line_samples(strips_along(axis), coarse.map), axis, strip_length_px(axis),
+          lines ? cells_.height_px() : cells_.width_px(),
+          lines ? strip_.rows * cells_.size().lines : tall_strip_.columns * cells_.size().width);
       if (!found.error.none() && found.gain > result.gain) result = found;
     }
     return result;
