@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include <Eigen/Dense>
 
@@ -13,6 +14,57 @@ using Complex = std::complex<double>;
 constexpr int kTerms = 3 + 2 * static_cast<int>(kTileHarmonics.size());
 using Normal = Eigen::Matrix<double, kTerms, kTerms>;
 using Terms = Eigen::Matrix<double, kTerms, 1>;
+
+// The phases of u and v along a row, by turning from pixel to pixel: between two places of the map
+// a few pixels apart it is straight to far less than is measured here.
+class RowPhases {
+ public:
+  RowPhases(const ScreenMap& map, int width) : run_(map.line_error().none() ? 8 : 2), map_(map) {
+    u.resize(static_cast<std::size_t>(width));
+    v.resize(u.size());
+  }
+  void set_row(int x0, int y) {
+    constexpr double kTurn = 2 * std::numbers::pi;
+    const int width = static_cast<int>(u.size());
+    const auto place = [&](int x) {
+      return map_.screen_from_scan({static_cast<double>(x0 + x), static_cast<double>(y)});
+    };
+    Vec2 from = place(0);
+    for (int x = 0; x < width; x += run_) {
+      const Vec2 to = place(x + run_);
+      Complex at_u = std::polar(1.0, kTurn * from.x), at_v = std::polar(1.0, kTurn * from.y);
+      const Complex step_u = std::polar(1.0, kTurn * (to.x - from.x) / run_),
+                    step_v = std::polar(1.0, kTurn * (to.y - from.y) / run_);
+      for (int i = x; i < std::min(x + run_, width); ++i) {
+        u[static_cast<std::size_t>(i)] = at_u;
+        v[static_cast<std::size_t>(i)] = at_v;
+        at_u = product(at_u, step_u);
+        at_v = product(at_v, step_v);
+      }
+      from = to;
+    }
+  }
+  // Without the care for infinities that std::complex takes.
+  static Complex product(Complex a, Complex b) {
+    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+  }
+  std::vector<Complex> u, v;
+
+ private:
+  int run_;
+  const ScreenMap& map_;
+};
+
+// sin^2 from border to border.
+std::vector<double> hann_of(int n) {
+  std::vector<double> window(static_cast<std::size_t>(std::max(n, 0)));
+  for (std::size_t i = 0; i < window.size(); ++i) {
+    const double w = std::sin(std::numbers::pi * (static_cast<double>(i) + 0.5) / n);
+    window[i] = w * w;
+  }
+  return window;
+}
+
 }  // namespace
 
 ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const ScreenMap& map) {
@@ -24,21 +76,24 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
   std::array<double, 4> energy{};
   double weight_sum = 0, square_sum = 0;
   int n_lost = 0;
+  const std::vector<double> wx = hann_of(width), wy = hann_of(height);
+  RowPhases phases(map, std::max(width, 0));
   for (int y = 0; y < height; ++y) {
-    const double wy = std::sin(std::numbers::pi * (y + 0.5) / height);
+    phases.set_row(x0, rows.first + y);
     for (int x = 0; x < width; ++x) {
       if (!(rows.row(3, y)[x0 + x] > 0)) {
         ++n_lost;
         continue;
       }
-      const double wx = std::sin(std::numbers::pi * (x + 0.5) / width);
-      const double window = wx * wx * wy * wy;
-      const Vec2 s =
-          map.screen_from_scan({static_cast<double>(x0 + x), static_cast<double>(rows.first + y)});
-      const Complex u = std::polar(1.0, 2 * std::numbers::pi * s.x),
-                    v = std::polar(1.0, 2 * std::numbers::pi * s.y);
-      const std::array<Complex, kTileHarmonics.size()> turn{u,     v,    u * v, u * std::conj(v),
-                                                            u * u, v * v};
+      const double window = wx[static_cast<std::size_t>(x)] * wy[static_cast<std::size_t>(y)];
+      const Complex u = phases.u[static_cast<std::size_t>(x)],
+                    v = phases.v[static_cast<std::size_t>(x)];
+      const std::array<Complex, kTileHarmonics.size()> turn{u,
+                                                            v,
+                                                            RowPhases::product(u, v),
+                                                            RowPhases::product(u, std::conj(v)),
+                                                            RowPhases::product(u, u),
+                                                            RowPhases::product(v, v)};
       Terms term;
       term(0) = 1;
       term(1) = (x + 0.5) / width - 0.5;
