@@ -153,6 +153,9 @@ ordered_json report_to_json(const Receipt& receipt) {
     ordered_json channel = {{"origin", report.sharpness.origin[i]}};
     put_number(channel, "sigma_px", report.sharpness.sigma_px[i]);
     put_number(channel, "sigma_sd_px", report.sharpness.sigma_sd_px[i]);
+    put_number(channel, "sigma_least_px", report.sharpness.sigma_range_px[i][0]);
+    put_number(channel, "sigma_most_px", report.sharpness.sigma_range_px[i][1]);
+    channel["field_degree"] = report.sharpness.field_degree[i];
     sharpness[kChannelNames[i]] = channel;
   }
   ordered_json object = {{"silver_from", report.from_infrared ? "infrared" : "rgb"},
