@@ -49,6 +49,19 @@ std::size_t FaultTransport::bulk_in(Endpoint endpoint, std::span<std::byte> buff
   return cut ? n / 2 : n;
 }
 
+void FaultTransport::control_out(const ControlRequest& request, std::span<const std::byte> data,
+                                 Duration timeout) {
+  strike(kControlOut, data.size());
+  inner_->control_out(request, data, timeout);
+}
+
+std::size_t FaultTransport::control_in(const ControlRequest& request, std::span<std::byte> buffer,
+                                       Duration timeout) {
+  const bool cut = strike(kControlIn, buffer.size());
+  const std::size_t n = inner_->control_in(request, buffer, timeout);
+  return cut ? n / 2 : n;
+}
+
 void FaultTransport::clear_halt(Endpoint endpoint) {
   check_connected(endpoint);
   inner_->clear_halt(endpoint);

@@ -7,7 +7,7 @@
 
 namespace reseau {
 
-// What to do to one bulk transfer.
+// What to do to one bulk or control transfer.
 struct Fault {
   enum class Kind {
     kStall,       // fails once, before the unit sees it
@@ -16,7 +16,7 @@ struct Fault {
     kDisconnect,  // this transfer and every later one fail
   };
   Kind kind = Kind::kStall;
-  long transfer = 0;  // counted from 0 over bulk_in and bulk_out calls
+  long transfer = 0;  // counted from 0 over bulk and control calls
 };
 
 // "stall@120". Throws InputError that names the kinds.
@@ -30,11 +30,15 @@ class FaultTransport final : public UsbTransport {
   [[nodiscard]] const UsbIdentity& identity() const override { return inner_->identity(); }
   void bulk_out(Endpoint endpoint, std::span<const std::byte> data, Duration timeout) override;
   std::size_t bulk_in(Endpoint endpoint, std::span<std::byte> buffer, Duration timeout) override;
+  void control_out(const ControlRequest& request, std::span<const std::byte> data,
+                   Duration timeout) override;
+  std::size_t control_in(const ControlRequest& request, std::span<std::byte> buffer,
+                         Duration timeout) override;
   void clear_halt(Endpoint endpoint) override;
   void reset() override;
   void annotate(std::string_view phase) override { inner_->annotate(phase); }
 
-  // Bulk transfers asked for so far, failed ones included.
+  // Bulk and control transfers asked for so far, failed ones included.
   [[nodiscard]] long n_transfers() const { return n_transfers_; }
 
  private:

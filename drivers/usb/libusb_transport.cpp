@@ -166,6 +166,22 @@ class LibusbTransport final : public UsbTransport {
     throw transfer_error(errno_of(code), endpoint, asked);
   }
 
+  void control_out(const ControlRequest& request, std::span<const std::byte> data,
+                   Duration timeout) override {
+    // Not written to for OUT.
+    auto* const bytes =
+        const_cast<unsigned char*>(reinterpret_cast<const unsigned char*>(data.data()));
+    if (control(request, bytes, data.size(), timeout) != data.size()) {
+      throw transfer_error(EPROTO, kControlOut, data.size());
+    }
+  }
+
+  std::size_t control_in(const ControlRequest& request, std::span<std::byte> buffer,
+                         Duration timeout) override {
+    return control(request, reinterpret_cast<unsigned char*>(buffer.data()), buffer.size(),
+                   timeout);
+  }
+
   void clear_halt(Endpoint endpoint) override {
     const int code = libusb_clear_halt(handle_.get(), endpoint);
     if (code != 0) throw transfer_error(errno_of(code), endpoint, 0);
@@ -178,14 +194,43 @@ class LibusbTransport final : public UsbTransport {
   }
 
  private:
+  std::size_t control(const ControlRequest& request, unsigned char* bytes, std::size_t size,
+                      Duration timeout) {
+    CHECK(size <= 0xFFFF);
+    const int code = libusb_control_transfer(
+        handle_.get(), request.type, request.request, request.value, request.index, bytes,
+        static_cast<std::uint16_t>(size), milliseconds(timeout));
+    if (code >= 0) return static_cast<std::size_t>(code);
+    throw transfer_error(errno_of(code), request.type & 0x80, size);
+  }
+
   Context context_;
   Handle handle_;
   UsbIdentity identity_;
 };
 
-int bulk_packet_bytes(libusb_device* device) {
-  const int bytes = libusb_get_max_packet_size(device, 0x82);
-  return bytes > 0 ? bytes : 512;
+struct ConfigDeleter {
+  void operator()(libusb_config_descriptor* config) const { libusb_free_config_descriptor(config); }
+};
+
+// Address and packet size of the first bulk IN endpoint of interface 0.
+void learn_bulk_in(libusb_device* device, UsbIdentity& identity) {
+  libusb_config_descriptor* raw = nullptr;
+  int code = libusb_get_active_config_descriptor(device, &raw);
+  if (code != 0) code = libusb_get_config_descriptor(device, 0, &raw);
+  if (code != 0) return;
+  const std::unique_ptr<libusb_config_descriptor, ConfigDeleter> config(raw);
+  if (config->bNumInterfaces < 1 || config->interface[0].num_altsetting < 1) return;
+  const libusb_interface_descriptor& interface = config->interface[0].altsetting[0];
+  for (int i = 0; i < interface.bNumEndpoints; ++i) {
+    const libusb_endpoint_descriptor& endpoint = interface.endpoint[i];
+    const bool in = (endpoint.bEndpointAddress & LIBUSB_ENDPOINT_IN) != 0;
+    if (!in || (endpoint.bmAttributes & 3) != LIBUSB_TRANSFER_TYPE_BULK) continue;
+    identity.bulk_in = endpoint.bEndpointAddress;
+    identity.max_packet_bytes = libusb_get_max_packet_size(device, endpoint.bEndpointAddress);
+    if (identity.max_packet_bytes <= 0) identity.max_packet_bytes = 512;
+    return;
+  }
 }
 
 }  // namespace
@@ -222,7 +267,8 @@ std::unique_ptr<UsbTransport> open_libusb(std::uint16_t vendor_id, std::uint16_t
     code = libusb_open(device, &raw);
     if (code != 0) return;
     handle.reset(raw);
-    identity = {d.idVendor, d.idProduct, this_serial, d.bcdDevice, bulk_packet_bytes(device)};
+    identity = {d.idVendor, d.idProduct, this_serial, d.bcdDevice};
+    learn_bulk_in(device, identity);
   });
   if (handle == nullptr && code == LIBUSB_ERROR_NOT_FOUND) {
     throw DeviceError(DeviceError::Kind::kDisconnected,

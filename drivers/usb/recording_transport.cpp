@@ -23,10 +23,11 @@ UsbPacket bulk(Endpoint endpoint, std::size_t length) {
   return packet;
 }
 
-UsbPacket control_out(const UsbSetup& setup) {
+UsbPacket control_packet(const UsbSetup& setup, std::size_t length) {
   UsbPacket packet;
   packet.type = UsbTransferType::kControl;
-  packet.length = 0;
+  packet.endpoint = std::to_integer<std::uint8_t>(setup[0]) & 0x80;
+  packet.length = static_cast<std::uint32_t>(length);
   packet.setup = setup;
   return packet;
 }
@@ -42,11 +43,7 @@ RecordingTransport::RecordingTransport(std::unique_ptr<UsbTransport> inner, Cloc
       start_us_(wall_clock_us()),
       writer_(path, encode_session_header(header)) {
   for (const ControlExchange& exchange : describe_identity(identity())) {
-    UsbPacket packet;
-    packet.type = UsbTransferType::kControl;
-    packet.endpoint = 0x80;
-    packet.length = static_cast<std::uint32_t>(exchange.data.size());
-    packet.setup = exchange.setup;
+    UsbPacket packet = control_packet(exchange.setup, exchange.data.size());
     submit(packet);
     complete(packet, 0, exchange.data, exchange.data.size());
   }
@@ -84,8 +81,39 @@ std::size_t RecordingTransport::bulk_in(Endpoint endpoint, std::span<std::byte> 
   return n;
 }
 
+void RecordingTransport::control_out(const ControlRequest& request, std::span<const std::byte> data,
+                                     Duration timeout) {
+  report_failure();
+  UsbPacket packet = control_packet(setup_of_request(request, data.size()), data.size());
+  packet.data.assign(data.begin(), data.end());
+  submit(packet);
+  try {
+    inner_->control_out(request, data, timeout);
+  } catch (const DeviceError& error) {
+    complete(std::move(packet), status_of(error.kind()), {}, 0);
+    throw;
+  }
+  complete(std::move(packet), 0, {}, data.size());
+}
+
+std::size_t RecordingTransport::control_in(const ControlRequest& request,
+                                           std::span<std::byte> buffer, Duration timeout) {
+  report_failure();
+  UsbPacket packet = control_packet(setup_of_request(request, buffer.size()), buffer.size());
+  submit(packet);
+  std::size_t n = 0;
+  try {
+    n = inner_->control_in(request, buffer, timeout);
+  } catch (const DeviceError& error) {
+    complete(std::move(packet), status_of(error.kind()), {}, 0);
+    throw;
+  }
+  complete(std::move(packet), 0, buffer.first(n), n);
+  return n;
+}
+
 void RecordingTransport::clear_halt(Endpoint endpoint) {
-  UsbPacket packet = control_out(clear_halt_setup(endpoint));
+  UsbPacket packet = control_packet(clear_halt_setup(endpoint), 0);
   submit(packet);
   try {
     inner_->clear_halt(endpoint);
@@ -97,7 +125,7 @@ void RecordingTransport::clear_halt(Endpoint endpoint) {
 }
 
 void RecordingTransport::reset() {
-  UsbPacket packet = control_out(reset_setup());
+  UsbPacket packet = control_packet(reset_setup(), 0);
   submit(packet);
   try {
     inner_->reset();

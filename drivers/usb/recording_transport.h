@@ -28,6 +28,10 @@ class RecordingTransport final : public UsbTransport {
   [[nodiscard]] const UsbIdentity& identity() const override { return inner_->identity(); }
   void bulk_out(Endpoint endpoint, std::span<const std::byte> data, Duration timeout) override;
   std::size_t bulk_in(Endpoint endpoint, std::span<std::byte> buffer, Duration timeout) override;
+  void control_out(const ControlRequest& request, std::span<const std::byte> data,
+                   Duration timeout) override;
+  std::size_t control_in(const ControlRequest& request, std::span<std::byte> buffer,
+                         Duration timeout) override;
   void clear_halt(Endpoint endpoint) override;
   void reset() override;
   void annotate(std::string_view phase) override;

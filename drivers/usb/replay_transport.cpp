@@ -17,6 +17,18 @@ std::string in_text(Endpoint endpoint, std::size_t n_bytes) {
          " bytes asked";
 }
 
+// A byte for a bridge that takes commands through ports, as Genesys Logic's do.
+bool writes_port(const UsbTransfer& transfer) {
+  return transfer.type == UsbTransferType::kControl && transfer.setup &&
+         u8_at(*transfer.setup, 0) == 0x40 && u8_at(*transfer.setup, 1) == 0x0C;
+}
+
+std::string control_text(const UsbSetup& setup, ByteView data) {
+  std::string text = "control " + hex_of(setup);
+  if (!data.empty()) text += ", data " + hex_of(data);
+  return text;
+}
+
 }  // namespace
 
 ReplayTransport::ReplayTransport(const std::filesystem::path& path, VirtualClock& clock,
@@ -49,10 +61,10 @@ void ReplayTransport::find_device() {
       device = known.end() - 1;
     }
     if (transfer->type == UsbTransferType::kControl) learn_identity(*transfer, device->identity);
-    const bool command = transfer->type == UsbTransferType::kBulk &&
-                         transfer->endpoint == kBulkOut &&
-                         (transfer->data.size() == 6 || transfer->data.size() == 10);
-    if (!command) continue;
+    const bool bulk_command = transfer->type == UsbTransferType::kBulk &&
+                              transfer->endpoint == kBulkOut &&
+                              (transfer->data.size() == 6 || transfer->data.size() == 10);
+    if (!bulk_command && !writes_port(*transfer)) continue;
     bus_ = device->bus;
     device_ = device->device;
     identity_ = device->identity;
@@ -72,7 +84,9 @@ std::optional<UsbTransfer> ReplayTransport::next_of_device() {
     if (transfer->type != UsbTransferType::kControl || !transfer->setup) continue;
     const int request = u8_at(*transfer->setup, 1);
     const bool clear_halt = request == 0x01 && u8_at(*transfer->setup, 0) == 0x02;
-    if (clear_halt || *transfer->setup == reset_setup()) return transfer;
+    if (clear_halt || *transfer->setup == reset_setup() || is_vendor_request(*transfer->setup)) {
+      return transfer;
+    }
   }
   return std::nullopt;
 }
@@ -107,6 +121,32 @@ std::size_t ReplayTransport::bulk_in(Endpoint endpoint, std::span<std::byte> buf
   const UsbTransfer recorded = take(asked);
   if (recorded.type != UsbTransferType::kBulk || recorded.endpoint != endpoint ||
       recorded.asked_bytes.value_or(static_cast<std::uint32_t>(buffer.size())) != buffer.size() ||
+      recorded.data.size() > buffer.size()) {
+    differ(recorded, asked);
+  }
+  finish(recorded, buffer.size());
+  std::copy(recorded.data.begin(), recorded.data.end(), buffer.begin());
+  return recorded.data.size();
+}
+
+void ReplayTransport::control_out(const ControlRequest& request, std::span<const std::byte> data,
+                                  Duration /*timeout*/) {
+  const UsbSetup setup = setup_of_request(request, data.size());
+  const std::string asked = control_text(setup, data);
+  const UsbTransfer recorded = take(asked);
+  if (recorded.type != UsbTransferType::kControl || recorded.setup != setup ||
+      !std::equal(data.begin(), data.end(), recorded.data.begin(), recorded.data.end())) {
+    differ(recorded, asked);
+  }
+  finish(recorded, data.size());
+}
+
+std::size_t ReplayTransport::control_in(const ControlRequest& request, std::span<std::byte> buffer,
+                                        Duration /*timeout*/) {
+  const UsbSetup setup = setup_of_request(request, buffer.size());
+  const std::string asked = control_text(setup, {});
+  const UsbTransfer recorded = take(asked);
+  if (recorded.type != UsbTransferType::kControl || recorded.setup != setup ||
       recorded.data.size() > buffer.size()) {
     differ(recorded, asked);
   }
@@ -155,7 +195,7 @@ std::string ReplayTransport::describe_out(ByteView data) const {
 
 std::string ReplayTransport::describe(const UsbTransfer& transfer) const {
   if (transfer.type == UsbTransferType::kControl && transfer.setup) {
-    return "control " + hex_of(*transfer.setup);
+    return control_text(*transfer.setup, transfer.data);
   }
   if (!transfer.in()) return describe_out(transfer.data);
   return in_text(transfer.endpoint, transfer.asked_bytes.value_or(0)) + ", answer " +

@@ -14,11 +14,11 @@
 
 namespace reseau {
 
-// Plays the bulk transfers of one device back from a capture, in strict order: OUT bytes must be
-// the recorded ones, IN transfers must ask for the recorded length where the capture says it.
-// Recorded failures are thrown again. The first difference ends the replay: it and every later call
-// throw a DeviceError that shows packet number, phase and both sides. Thread-bound; borrows the
-// clock, which it moves to the recorded times.
+// Plays the bulk and vendor control transfers of one device back from a capture, in strict order:
+// OUT bytes must be the recorded ones, IN transfers must ask for the recorded length where the
+// capture says it. Recorded failures are thrown again. The first difference ends the replay: it and
+// every later call throw a DeviceError that shows packet number, phase and both sides.
+// Thread-bound; borrows the clock, which it moves to the recorded times.
 class ReplayTransport final : public UsbTransport {
  public:
   using Decoder = std::function<std::string(ByteView)>;
@@ -30,6 +30,10 @@ class ReplayTransport final : public UsbTransport {
   [[nodiscard]] const UsbIdentity& identity() const override { return identity_; }
   void bulk_out(Endpoint endpoint, std::span<const std::byte> data, Duration timeout) override;
   std::size_t bulk_in(Endpoint endpoint, std::span<std::byte> buffer, Duration timeout) override;
+  void control_out(const ControlRequest& request, std::span<const std::byte> data,
+                   Duration timeout) override;
+  std::size_t control_in(const ControlRequest& request, std::span<std::byte> buffer,
+                         Duration timeout) override;
   void clear_halt(Endpoint endpoint) override;
   void reset() override;
 

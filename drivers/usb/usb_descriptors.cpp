@@ -65,7 +65,7 @@ std::vector<ControlExchange> describe_identity(const UsbIdentity& identity) {
                                                0,  //
                                                7,
                                                kEndpointDescriptor,
-                                               0x82,
+                                               identity.bulk_in,
                                                kBulk,
                                                low(packet),
                                                high(packet),
@@ -99,6 +99,7 @@ void learn_identity(const UsbTransfer& control, UsbIdentity& identity) {
         if (u8_at(d, at + 1) == kEndpointDescriptor && u8_at(d, at + 3) == kBulk) {
           const int bytes = static_cast<int>(load_le(d, at + 4, 2));
           if (bytes == 64 || bytes == 512) identity.max_packet_bytes = bytes;
+          if ((u8_at(d, at + 2) & 0x80) != 0) identity.bulk_in = u8_at(d, at + 2);
         }
         at += length;
       }
@@ -114,6 +115,15 @@ void learn_identity(const UsbTransfer& control, UsbIdentity& identity) {
       return;
   }
 }
+
+UsbSetup setup_of_request(const ControlRequest& request, std::size_t n_bytes) {
+  CHECK(n_bytes <= 0xFFFF);
+  const int n = static_cast<int>(n_bytes);
+  return setup_of(bytes_of({request.type, request.request, request.value & 0xFF, request.value >> 8,
+                            request.index & 0xFF, request.index >> 8, n & 0xFF, n >> 8}));
+}
+
+bool is_vendor_request(const UsbSetup& setup) { return (u8_at(setup, 0) & 0x60) == 0x40; }
 
 UsbSetup clear_halt_setup(Endpoint endpoint) {
   return setup_of(bytes_of({0x02, 0x01, 0, 0, endpoint, 0, 0, 0}));

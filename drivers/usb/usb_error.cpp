@@ -9,8 +9,11 @@ namespace {
 
 std::string detail_of(int status, Endpoint endpoint, std::size_t asked_bytes) {
   const char* const direction = (endpoint & 0x80) != 0 ? "IN" : "OUT";
-  return std::string("bulk ") + direction + " endpoint " + std::to_string(endpoint & 0x0F) + ", " +
-         std::to_string(asked_bytes) + " bytes asked: " + std::strerror(status);
+  const std::string pipe =
+      (endpoint & 0x0F) == 0
+          ? std::string("control ") + direction
+          : std::string("bulk ") + direction + " endpoint " + std::to_string(endpoint & 0x0F);
+  return pipe + ", " + std::to_string(asked_bytes) + " bytes asked: " + std::strerror(status);
 }
 
 }  // namespace

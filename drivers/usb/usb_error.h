@@ -9,6 +9,10 @@
 
 namespace reseau {
 
+// What stands for endpoint 0 in errors and captures.
+inline constexpr Endpoint kControlOut = 0x00;
+inline constexpr Endpoint kControlIn = 0x80;
+
 // `status`: a positive Linux errno, as the kernel reports it for a URB.
 [[nodiscard]] DeviceError transfer_error(int status, Endpoint endpoint, std::size_t asked_bytes);
 
