@@ -6,21 +6,17 @@
 
 #include "core/base/clock.h"
 #include "drivers/coolscan/ccd_curves.h"
-#include "drivers/coolscan/metering.h"
 #include "drivers/coolscan/plan.h"
 #include "drivers/coolscan/scan_pass.h"
 #include "drivers/coolscan/unit.h"
+#include "drivers/metering.h"
+#include "drivers/open_as.h"
 #include "drivers/scanner.h"
 #include "drivers/scsi/scsi_link.h"
 
 namespace reseau::coolscan {
 
-struct OpenAs {
-  std::string device_name;  // kept in the context of captures
-  // Empty: the time of the day at start(). Recordings and replays fix it, so that a replay writes
-  // the bytes of the original.
-  std::string started_at_utc;
-};
+using reseau::OpenAs;
 
 // A Nikon Coolscan film scanner, on USB or behind SG_IO (drivers/coolscan/README.md). Thread-bound.
 // Owns the link; the unit is left idle and released when it is destroyed.

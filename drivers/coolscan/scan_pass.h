@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "drivers/coolscan/ccd_curves.h"
-#include "drivers/coolscan/metering.h"
 #include "drivers/coolscan/record_layout.h"
 #include "drivers/coolscan/unit.h"
 #include "drivers/coolscan/window.h"
+#include "drivers/metering.h"
 
 namespace reseau::coolscan {
 

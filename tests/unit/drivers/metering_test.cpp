@@ -1,8 +1,8 @@
-#include "drivers/coolscan/metering.h"
+#include "drivers/metering.h"
 
 #include <gtest/gtest.h>
 
-namespace reseau::coolscan {
+namespace reseau {
 namespace {
 
 constexpr Exposures kBalance = {100000, 80000, 50000, 300000};
@@ -86,4 +86,4 @@ TEST(LevelHistogram, HasNoLevelBeforeTheFirstLine) {
 }
 
 }  // namespace
-}  // namespace reseau::coolscan
+}  // namespace reseau

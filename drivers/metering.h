@@ -1,9 +1,8 @@
-// The arithmetic of exposure metering; the host meters, no USB unit of the family does.
+// The arithmetic of exposure metering, for units that leave it to the host.
 // Locked, red, green and blue keep the ratios of the unit's own white balance, so that the balance
 // of the film's colour screen stays as it is; unlocked, each goes to its own target, as for colour
-// negatives. Infrared is metered by itself. The sensor is linear in
-// exposure, therefore one proportional step reaches the target from any unclipped measurement.
-// Pure, reentrant.
+// negatives. Infrared is metered by itself. The sensor is linear in exposure, therefore one
+// proportional step reaches the target from any unclipped measurement. Pure, reentrant.
 #pragma once
 
 #include <array>
@@ -12,9 +11,9 @@
 #include <span>
 #include <vector>
 
-namespace reseau::coolscan {
+namespace reseau {
 
-// Red, green, blue, infrared [10 ns].
+// Red, green, blue, infrared, in steps of the unit's own timer.
 using Exposures = std::array<std::uint32_t, 4>;
 
 // Counts samples of the planes of one pass.
@@ -34,8 +33,8 @@ class LevelHistogram {
 using Levels = std::array<std::optional<double>, 4>;
 
 struct ExposureLimits {
-  std::uint32_t min_10ns = 1;
-  std::uint32_t max_10ns = 0x03FFFFFF;
+  std::uint32_t min = 1;
+  std::uint32_t max = 0x03FFFFFF;
 };
 
 // Factors on the white-balance exposures, improved from pass to pass.
@@ -69,4 +68,4 @@ class Metering {
   std::vector<Group> groups_;
 };
 
-}  // namespace reseau::coolscan
+}  // namespace reseau

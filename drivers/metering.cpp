@@ -1,11 +1,11 @@
-#include "drivers/coolscan/metering.h"
+#include "drivers/metering.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/check.h"
 
-namespace reseau::coolscan {
+namespace reseau {
 namespace {
 
 // Head room for what the metering pass did not see: a pixel of the final pass can be brighter than
@@ -64,7 +64,7 @@ Exposures Metering::exposures() const {
     for (std::size_t i = group.first; i < group.last; ++i) {
       result[i] =
           std::clamp(static_cast<std::uint32_t>(std::lround(white_balance_[i] * group.scale)),
-                     limits_.min_10ns, limits_.max_10ns);
+                     limits_.min, limits_.max);
     }
   }
   return result;
@@ -73,7 +73,7 @@ Exposures Metering::exposures() const {
 // Keeps every exposure of the group below the maximum, with their ratios.
 double Metering::limited(double scale, const Group& group) const {
   for (std::size_t i = group.first; i < group.last; ++i) {
-    scale = std::min(scale, static_cast<double>(limits_.max_10ns) / white_balance_[i]);
+    scale = std::min(scale, static_cast<double>(limits_.max) / white_balance_[i]);
   }
   return scale;
 }
@@ -116,4 +116,4 @@ void Metering::multiply(double factor) {
   for (Group& group : groups_) group.scale = limited(group.scale * factor, group);
 }
 
-}  // namespace reseau::coolscan
+}  // namespace reseau
