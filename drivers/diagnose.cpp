@@ -6,7 +6,7 @@
 
 #include <unistd.h>
 
-#include "drivers/coolscan/models.h"
+#include "drivers/families.h"
 #include "drivers/registry.h"
 #include "drivers/usb/libusb_transport.h"
 
@@ -68,9 +68,7 @@ std::vector<std::string> holders_of(const std::string& node) {
 }
 
 void add_unit(const UsbDeviceInfo& unit, std::vector<Finding>& findings) {
-  const coolscan::Model* const model = coolscan::model_by_usb_id(unit.vendor_id, unit.product_id);
-  if (model == nullptr) return;
-  const std::string name(model->trade_name);
+  const std::string name = trade_name_of(unit.vendor_id, unit.product_id);
   findings.push_back({Finding::Level::kOk, name, "found at " + unit.node + ", " + unit.speed, ""});
   if (access(unit.node.c_str(), R_OK | W_OK) == 0) {
     findings.push_back({Finding::Level::kOk, "permission on " + unit.node, "read and write", ""});
@@ -92,11 +90,9 @@ void add_unit(const UsbDeviceInfo& unit, std::vector<Finding>& findings) {
 std::vector<Finding> diagnose_devices() {
   std::vector<Finding> findings = {bus_finding(), rule_finding()};
   const std::size_t n_before = findings.size();
-  for (const UsbDeviceInfo& unit : list_usb_devices(coolscan::kNikonVendorId)) {
-    add_unit(unit, findings);
-  }
+  for (const UsbDeviceInfo& unit : list_known_units()) add_unit(unit, findings);
   if (findings.size() == n_before) {
-    findings.push_back({Finding::Level::kWarning, "scanners", "no Coolscan is on the USB bus",
+    findings.push_back({Finding::Level::kWarning, "scanners", "no film scanner is on the USB bus",
                         "plug it in, switch it on, and wait until its lamp stops blinking; a "
                         "simulated one is always there: -d sim:ls5000"});
   }

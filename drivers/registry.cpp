@@ -12,15 +12,15 @@
 #include "drivers/coolscan/coolscan.h"
 #include "drivers/coolscan/models.h"
 #include "drivers/coolscan/unstick.h"
+#include "drivers/families.h"
 #include "drivers/fault_sg.h"
-#include "drivers/scsi/cdb.h"
+#include "drivers/pieusb/models.h"
 #include "drivers/scsi/scsi_as_usb.h"
 #include "drivers/scsi/scsi_link.h"
 #include "drivers/scsi/sg_node.h"
 #include "drivers/scsi/sg_scsi.h"
 #include "drivers/sim/sim_spec.h"
 #include "drivers/sim/simulated_unit.h"
-#include "drivers/sim/unit_model.h"
 #include "drivers/usb/fault_transport.h"
 #include "drivers/usb/libusb_transport.h"
 #include "drivers/usb/recording_transport.h"
@@ -67,7 +67,7 @@ Link open_usb(const std::string& name) {
   }
   const std::uint16_t vendor = usb_id(ids, 0, name);
   const std::uint16_t product = usb_id(ids, 5, name);
-  if (coolscan::model_by_usb_id(vendor, product) == nullptr) {
+  if (trade_name_of(vendor, product).empty()) {
     throw InputError("The program has no driver for the USB device " + ids.substr(0, kIdsLength) +
                      ". `reseau list` shows the scanners that it can use.");
   }
@@ -127,27 +127,6 @@ std::string usb_name(const UsbDeviceInfo& unit) {
   return name;
 }
 
-// Opens what a name stands for, with recording where it is asked for.
-ScsiLink scsi_link_of(Link link, const std::string& name, const OpenOptions& options,
-                      coolscan::OpenAs& open_as) {
-  const bool is_scsi = link.sg != nullptr;
-  if (options.record_to.empty()) {
-    return is_scsi ? sg_scsi_link(std::move(link.sg), *link.clock)
-                   : usb_scsi_link(std::move(link.usb), *link.clock);
-  }
-  // A replay has to write the bytes of this scan, its time included.
-  open_as.started_at_utc = utc_now();
-  if (is_scsi) {
-    link.usb = std::make_unique<ScsiAsUsb>(sg_scsi_link(std::move(link.sg), *link.clock));
-  }
-  link.usb = std::make_unique<RecordingTransport>(
-      std::move(link.usb), *link.clock, options.record_to,
-      SessionHeader{name, open_as.started_at_utc, options.record_comment});
-  ScsiLink scsi = usb_scsi_link(std::move(link.usb), *link.clock);
-  if (is_scsi) as_scsi(scsi);
-  return scsi;
-}
-
 Link open_link(const std::string& name) {
   if (name.starts_with(kUsb)) return open_usb(name);
   if (name.starts_with(kSim)) return open_sim(name);
@@ -163,32 +142,38 @@ OpenedScanner open_replay(const std::string& name, const OpenOptions& options) {
     throw InputError("A replay is a recording already; copy the file instead of recording it.");
   }
   const auto clock = std::make_shared<VirtualClock>();
-  auto replay = std::make_unique<ReplayTransport>(name.substr(kReplay.size()), *clock,
-                                                  [](ByteView cdb) { return Cdb(cdb).describe(); });
+  auto replay =
+      std::make_unique<ReplayTransport>(name.substr(kReplay.size()), *clock, describe_command);
   const SessionHeader header = replay->header();
   OpenedScanner opened;
   opened.recorded_comment = header.comment;
   opened.recorded_at_utc = header.started_at_utc;
-  const bool is_scsi = replay->identity().product_id == ScsiAsUsb::kScsiProductId;
-  ScsiLink link = usb_scsi_link(std::move(replay), *clock);
-  if (is_scsi) as_scsi(link);
-  opened.scanner = std::make_unique<coolscan::Coolscan>(
-      std::move(link), clock,
-      coolscan::OpenAs{header.device_name.empty() ? name : header.device_name,
-                       header.started_at_utc});
+  opened.scanner =
+      open_family(std::move(replay), clock,
+                  {header.device_name.empty() ? name : header.device_name, header.started_at_utc});
   return opened;
+}
+
+// No reset is known that such a unit is sure to survive, so it is only asked whether it answers.
+UnstickReport unstick_pie(Link link, const std::string& name, const UnstickTalk& talk) {
+  try {
+    (void)open_family(std::move(link.usb), link.clock, {name, {}});
+    talk("asking the scanner what it is", "it answers");
+    return UnstickReport::kWasFine;
+  } catch (const DeviceError& error) {
+    talk("asking the scanner what it is", error.what());
+    return UnstickReport::kNeedsPowerSwitch;
+  }
 }
 
 }  // namespace
 
 std::vector<DeviceEntry> list_devices() {
   std::vector<DeviceEntry> entries;
-  for (const UsbDeviceInfo& unit : list_usb_devices(coolscan::kNikonVendorId)) {
-    const coolscan::Model* const model = coolscan::model_by_usb_id(unit.vendor_id, unit.product_id);
-    if (model == nullptr) continue;
+  for (const UsbDeviceInfo& unit : list_known_units()) {
     DeviceEntry entry;
     entry.name = usb_name(unit);
-    entry.description = std::string(model->trade_name) + ", " + unit.speed;
+    entry.description = trade_name_of(unit.vendor_id, unit.product_id) + ", " + unit.speed;
     if (access(unit.node.c_str(), R_OK | W_OK) != 0) {
       entry.problem = "You may not use " + unit.node +
                       ". Install the udev rule 60-reseau.rules, then unplug the scanner and plug "
@@ -209,7 +194,7 @@ std::vector<DeviceEntry> list_devices() {
     }
     entries.push_back(std::move(entry));
   }
-  for (const std::string& model : sim::unit_model_names()) {
+  for (const std::string& model : sim::simulated_unit_names()) {
     DeviceEntry entry;
     entry.name = std::string(kSim) + model;
     entry.description = "simulated scanner with a simulated Dufaycolor film";
@@ -222,11 +207,25 @@ std::vector<DeviceEntry> list_devices() {
 OpenedScanner open_scanner(const std::string& name, const OpenOptions& options) {
   if (name.starts_with(kReplay)) return open_replay(name, options);
   Link link = open_link(name);
-  const std::shared_ptr<Clock> clock = link.clock;
-  coolscan::OpenAs open_as{name, {}};
-  ScsiLink scsi = scsi_link_of(std::move(link), name, options, open_as);
+  OpenAs open_as{name, {}};
+  if (!options.record_to.empty()) {
+    // A replay has to write the bytes of this scan, its time included.
+    open_as.started_at_utc = utc_now();
+    if (link.sg != nullptr) {
+      link.usb = std::make_unique<ScsiAsUsb>(sg_scsi_link(std::move(link.sg), *link.clock));
+    }
+    link.usb = std::make_unique<RecordingTransport>(
+        std::move(link.usb), *link.clock, options.record_to,
+        SessionHeader{name, open_as.started_at_utc, options.record_comment});
+  }
   OpenedScanner opened;
-  opened.scanner = std::make_unique<coolscan::Coolscan>(std::move(scsi), clock, std::move(open_as));
+  if (link.usb != nullptr) {
+    opened.scanner = open_family(std::move(link.usb), link.clock, std::move(open_as));
+  } else {
+    ScsiLink scsi = sg_scsi_link(std::move(link.sg), *link.clock);
+    opened.scanner =
+        std::make_unique<coolscan::Coolscan>(std::move(scsi), link.clock, std::move(open_as));
+  }
   return opened;
 }
 
@@ -236,8 +235,11 @@ UnstickReport unstick_device(const std::string& name, const UnstickTalk& talk) {
   }
   Link link = open_link(name);
   const std::shared_ptr<Clock> clock = link.clock;
-  coolscan::OpenAs open_as{name, {}};
-  const ScsiLink scsi = scsi_link_of(std::move(link), name, {}, open_as);
+  if (link.usb != nullptr && link.usb->identity().vendor_id == pieusb::kGenesysVendorId) {
+    return unstick_pie(std::move(link), name, talk);
+  }
+  const ScsiLink scsi = link.sg != nullptr ? sg_scsi_link(std::move(link.sg), *clock)
+                                           : usb_scsi_link(std::move(link.usb), *clock);
   switch (coolscan::unstick(*scsi.device, *clock, talk)) {
     case coolscan::Unstuck::kWasFine:
       return UnstickReport::kWasFine;

@@ -71,6 +71,9 @@ class Scanner {
   // Fills block with the next lines (at least one, a READ's worth at most). kNotReady: nothing came
   // before the deadline, ask again. Throws DeviceError; lines delivered before stay valid.
   [[nodiscard]] virtual ReadStatus read(LineBlock& block, Duration timeout) = 0;
+  // A sentence for a person who is about to wait because stop() now takes long; empty when it does
+  // not.
+  [[nodiscard]] virtual std::string stop_notice() const { return {}; }
   // Ends a scan wherever it stands and leaves the unit usable. Idempotent; never throws.
   virtual void stop() noexcept = 0;
   // Film out, film in. Block until it is done. Throw DeviceError, or InputError where the adapter

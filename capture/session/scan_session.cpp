@@ -81,6 +81,7 @@ ScanOutcome ScanSession::run(const std::stop_token& stop) noexcept {
     outcome.error = std::current_exception();
     outcome.end = ScanEnd::kFailed;
   }
+  if (const std::string notice = scanner_.stop_notice(); !notice.empty()) observer_.note(notice);
   scanner_.stop();
   queue.end(outcome.end);
   if (queue.error()) {

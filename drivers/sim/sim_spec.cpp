@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "drivers/sim/pie/pie_model.h"
 #include "drivers/sim/sim_key.h"
 #include "drivers/sim/unit_model.h"
 
@@ -80,6 +81,10 @@ const std::vector<Key>& number_keys() {
        [](SimSpec& s, double v) { s.unit.unplug_after = as_int(v); }},
       {"stall_after", 0, 1e9, true, "transfers until one stalls (0 = never)",
        [](SimSpec& s, double v) { s.unit.stall_after = as_int(v); }},
+      {"again", 0, 1000, true, "PIE: times that the first READ of a pass has to come again",
+       [](SimSpec& s, double v) { s.unit.again = as_int(v); }},
+      {"bottom_up", 0, 1, true, "PIE: passes are read with the carriage coming back",
+       [](SimSpec& s, double v) { s.unit.bottom_up = v != 0; }},
       {"silent_after", 0, 1e9, true, "transfers until the unit stops answering (0 = never)",
        [](SimSpec& s, double v) { s.unit.silent_after = as_int(v); }},
       {"timeout_after", 0, 1e9, true, "transfers until one gets no answer in time (0 = never)",
@@ -230,6 +235,8 @@ SimSpec parse_sim_spec(std::string_view name, ScenePicture picture) {
     spec.film.frame.width_px = model->sensor_px;
     spec.film.frame.height_px = model->frame_height_px;
     spec.film.frame.pixel_um = spec.optics.pixel_um = 25400.0 / model->optical_dpi;
+  } else if (const pie::PieModel* const pie_model = pie::find_pie_model(spec.model)) {
+    pie::set_pie_defaults(*pie_model, spec);
   }
   const std::string_view settings = mark == std::string_view::npos ? "" : name.substr(mark + 1);
   // First what sets several values that other keys may change.

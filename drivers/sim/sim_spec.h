@@ -35,6 +35,8 @@ struct UnitSpec {
   int lost_commands = 0;       // of so many, the first is answered "busy" and lost (LS-40)
   int feeder_slides = 10;      // in the magazine
   double line_response = 1;    // how far the lines of a sensor differ, as SensorSpec has it
+  int again = 0;               // PIE: so many times the first READ of a pass has to come again
+  bool bottom_up = false;      // PIE: passes are read with the carriage coming back
 };
 
 struct SimSpec {

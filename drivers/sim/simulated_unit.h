@@ -2,7 +2,9 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "drivers/scsi/sg_node.h"
 #include "drivers/sim/sim_spec.h"
@@ -10,8 +12,11 @@
 
 namespace reseau::sim {
 
+// Every model, of every family: "ls5000", "rps7200" …
+[[nodiscard]] std::vector<std::string> simulated_unit_names();
+
 // A simulated unit with the film of the specification under its head. Throws InputError for an
-// unknown model, listing those that exist (unit_model_names() in unit_model.h).
+// unknown model, listing those that exist.
 [[nodiscard]] std::unique_ptr<UsbTransport> open_simulated_unit(const SimSpec& spec);
 // The same from a device name such as "sim:ls5000?film=dufay"; throws InputError.
 [[nodiscard]] std::unique_ptr<UsbTransport> open_simulated_unit(std::string_view name);

@@ -25,9 +25,7 @@ inline void put32(Bytes& to, std::uint32_t v) {
   put16(to, v >> 16);
   put16(to, v & 0xffff);
 }
-inline void append(Bytes& to, ByteView from) {
-  for (const std::uint8_t byte : from) to.push_back(byte);
-}
+inline void append(Bytes& to, ByteView from) { to.insert(to.end(), from.begin(), from.end()); }
 
 // The caller has checked that the field lies inside.
 [[nodiscard]] inline std::uint32_t get16(ByteView from, std::size_t at) {

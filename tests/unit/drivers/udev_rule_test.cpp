@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/coolscan/models.h"
+#include "drivers/pieusb/models.h"
 
 namespace reseau::coolscan {
 namespace {
@@ -24,20 +25,27 @@ std::string rule_text() {
   return text.str();
 }
 
-TEST(UdevRule, NamesExactlyTheModelsOfTheDriver) {
+// Product ids of the line of one vendor.
+std::set<std::string> ids_in_rule(std::uint16_t vendor) {
   const std::string rule = rule_text();
-  const std::string key = "ATTR{idProduct}==\"";
+  const std::string key = "ATTR{idVendor}==\"" + hex4(vendor) + "\", ATTR{idProduct}==\"";
   const std::size_t begin = rule.find(key);
-  ASSERT_NE(begin, std::string::npos);
+  if (begin == std::string::npos) return {};
   const std::size_t end = rule.find('"', begin + key.size());
   std::stringstream ids(rule.substr(begin + key.size(), end - begin - key.size()));
-  std::set<std::string> in_rule, in_table;
-  for (std::string id; std::getline(ids, id, '|');) in_rule.insert(id);
+  std::set<std::string> found;
+  for (std::string id; std::getline(ids, id, '|');) found.insert(id);
+  return found;
+}
+
+TEST(UdevRule, NamesExactlyTheModelsOfTheDrivers) {
+  std::set<std::string> nikon, pie;
   for (const Model& model : models()) {
-    if (model.product_id != 0) in_table.insert(hex4(model.product_id));
+    if (model.product_id != 0) nikon.insert(hex4(model.product_id));
   }
-  EXPECT_EQ(in_rule, in_table);
-  EXPECT_NE(rule.find("ATTR{idVendor}!=\"" + hex4(kNikonVendorId) + "\""), std::string::npos);
+  for (const pieusb::Model& model : pieusb::models()) pie.insert(hex4(model.product_id));
+  EXPECT_EQ(ids_in_rule(kNikonVendorId), nikon);
+  EXPECT_EQ(ids_in_rule(pieusb::kGenesysVendorId), pie);
 }
 
 TEST(UdevRule, GivesAccessToThePersonAtTheSeatOnly) {
