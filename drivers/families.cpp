@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "drivers/coolscan/coolscan.h"
+#include "drivers/coolscan/explain.h"
 #include "drivers/coolscan/models.h"
 #include "drivers/pieusb/models.h"
 #include "drivers/pieusb/pieusb.h"
-#include "drivers/scsi/cdb.h"
 #include "drivers/scsi/scsi_as_usb.h"
 #include "drivers/scsi/scsi_link.h"
 
@@ -51,6 +51,8 @@ std::unique_ptr<Scanner> open_family(std::unique_ptr<UsbTransport> usb,
                                               std::move(open_as));
 }
 
-std::string describe_command(ByteView cdb) { return Cdb(cdb).describe(); }
+ReplayTransport::Decoder command_decoder() {
+  return {coolscan::name_of_command, coolscan::source_of};
+}
 
 }  // namespace reseau

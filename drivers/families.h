@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "core/base/clock.h"
-#include "drivers/bytes.h"
 #include "drivers/open_as.h"
 #include "drivers/scanner.h"
 #include "drivers/usb/libusb_transport.h"
+#include "drivers/usb/replay_transport.h"
 #include "drivers/usb/usb_transport.h"
 
 namespace reseau {
@@ -25,7 +25,7 @@ namespace reseau {
 [[nodiscard]] std::unique_ptr<Scanner> open_family(std::unique_ptr<UsbTransport> usb,
                                                    std::shared_ptr<Clock> clock, OpenAs open_as);
 
-// OUT bytes of a command for people.
-[[nodiscard]] std::string describe_command(ByteView cdb);
+// Names commands for people, of whichever family.
+[[nodiscard]] ReplayTransport::Decoder command_decoder();
 
 }  // namespace reseau

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <system_error>
 #include <utility>
@@ -141,15 +142,30 @@ OpenedScanner open_replay(const std::string& name, const OpenOptions& options) {
   if (!options.record_to.empty()) {
     throw InputError("A replay is a recording already; copy the file instead of recording it.");
   }
+  if (!std::isfinite(options.replay_speed) || options.replay_speed < 0) {
+    throw InputError("The speed of a replay is a number of times the recorded one, or 0.");
+  }
   const auto clock = std::make_shared<VirtualClock>();
   auto replay =
-      std::make_unique<ReplayTransport>(name.substr(kReplay.size()), *clock, describe_command);
+      std::make_unique<ReplayTransport>(name.substr(kReplay.size()), *clock, command_decoder());
+  if (options.replay_speed > 0) {
+    const auto real = std::make_shared<SystemClock>();
+    replay->set_pace(
+        [real, start = real->now(), speed = options.replay_speed](Duration since_start) {
+          const double us = static_cast<double>(since_start.count()) / speed;
+          real->sleep_until(start + Duration(std::llround(us)));
+        });
+  }
   const SessionHeader header = replay->header();
   OpenedScanner opened;
   opened.recorded_comment = header.comment;
   opened.recorded_at_utc = header.started_at_utc;
+  std::unique_ptr<UsbTransport> usb = std::move(replay);
+  if (!options.replay_fault.empty()) {
+    usb = std::make_unique<FaultTransport>(std::move(usb), parse_fault(options.replay_fault));
+  }
   opened.scanner =
-      open_family(std::move(replay), clock,
+      open_family(std::move(usb), clock,
                   {header.device_name.empty() ? name : header.device_name, header.started_at_utc});
   return opened;
 }

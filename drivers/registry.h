@@ -30,6 +30,10 @@ struct DeviceEntry {
 struct OpenOptions {
   std::filesystem::path record_to;  // empty = no recording
   std::string record_comment;       // kept at the head of the recording (the request as JSON)
+  // replay: only: times the recorded speed; 0: nobody waits.
+  double replay_speed = 0;
+  // replay: only: "stall@120", timeout, short, disconnect at that transfer; empty: none.
+  std::string replay_fault = {};
 };
 
 struct OpenedScanner {

@@ -40,6 +40,8 @@ Opened open_device(const ScanJob& job, Reporter& reporter) {
     options.record_to = job.record;
     options.record_comment = recorded_request_to_json(asked);
   }
+  options.replay_speed = job.replay_speed;
+  options.replay_fault = job.replay_fault;
   const bool replayed = starts_with(asked.device_name, "replay:");
   OpenedScanner device = as_failure(replayed ? Doing::kReadingInput : Doing::kOpeningDevice,
                                     [&] { return open_scanner(asked.device_name, options); });

@@ -18,6 +18,9 @@ struct ScanJob {
   bool dont_scan = false;
   bool load = false, eject = false;  // before and after
   bool no_reconstruct = false;
+  // Of replays (drivers/registry.h).
+  double replay_speed = 0;
+  std::string replay_fault;
 };
 
 // Says what it will do, scans, reconstructs, writes the receipt, prints the path of the picture (of

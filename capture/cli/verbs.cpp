@@ -14,6 +14,7 @@ void add_all_verbs(Program& program) {
   add_register(program);
   add_compare(program);
   add_replay(program);
+  add_session(program);
   add_simulate(program);
   add_colour(program);
   add_paper(program);

@@ -12,6 +12,7 @@ void add_scan(Program& program);
 void add_eject(Program& program);
 void add_unstick(Program& program);
 void add_replay(Program& program);
+void add_session(Program& program);
 void add_reconstruct(Program& program);
 void add_register(Program& program);
 void add_compare(Program& program);

@@ -208,6 +208,11 @@ void TransferReader::complete(const UsbPacket& packet) {
   transfer.status = packet.status;
   transfer.ended_us = packet.time_us;
   if ((packet.endpoint & 0x80) != 0 || !packet.data.empty()) transfer.data = packet.data;
+  transfer.moved_bytes = std::max<std::uint64_t>(packet.length.value_or(0), transfer.data.size());
+  // Where a capture did not say how much was asked for, an import could not either.
+  if (transfer.in() && transfer.type == UsbTransferType::kBulk && transfer.asked_bytes == 0U) {
+    transfer.asked_bytes.reset();
+  }
 }
 
 std::optional<UsbTransfer> TransferReader::next() {

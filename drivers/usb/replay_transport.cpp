@@ -12,6 +12,8 @@ namespace {
 
 constexpr Endpoint kBulkOut = 0x01;
 
+bool has_cdb_size(ByteView data) { return data.size() == 6 || data.size() == 10; }
+
 std::string in_text(Endpoint endpoint, std::size_t n_bytes) {
   return "IN endpoint " + std::to_string(endpoint & 0x0F) + ", " + std::to_string(n_bytes) +
          " bytes asked";
@@ -62,8 +64,7 @@ void ReplayTransport::find_device() {
     }
     if (transfer->type == UsbTransferType::kControl) learn_identity(*transfer, device->identity);
     const bool bulk_command = transfer->type == UsbTransferType::kBulk &&
-                              transfer->endpoint == kBulkOut &&
-                              (transfer->data.size() == 6 || transfer->data.size() == 10);
+                              transfer->endpoint == kBulkOut && has_cdb_size(transfer->data);
     if (!bulk_command && !writes_port(*transfer)) continue;
     bus_ = device->bus;
     device_ = device->device;
@@ -101,6 +102,7 @@ UsbTransfer ReplayTransport::take(const std::string& asked) {
          "phase \"" + phase_ + "\", asked: " + asked});
   }
   if (!transfer->comment.empty()) phase_ = transfer->comment;
+  ++n_transfers_;
   return *std::move(transfer);
 }
 
@@ -110,8 +112,9 @@ void ReplayTransport::bulk_out(Endpoint endpoint, std::span<const std::byte> dat
   const UsbTransfer recorded = take(describe_out(data));
   if (recorded.type != UsbTransferType::kBulk || recorded.endpoint != endpoint ||
       !std::equal(data.begin(), data.end(), recorded.data.begin(), recorded.data.end())) {
-    differ(recorded, describe_out(data));
+    differ(recorded, describe_out(data), data);
   }
+  if (has_cdb_size(data)) command_.assign(data.begin(), data.end());
   finish(recorded, data.size());
 }
 
@@ -170,16 +173,36 @@ void ReplayTransport::control(const UsbSetup& setup, const std::string& asked) {
 }
 
 void ReplayTransport::finish(const UsbTransfer& transfer, std::size_t asked_bytes) {
-  clock_.advance_to(clock_start_ + Duration(transfer.ended_us - start_us_));
+  const Duration since_start(transfer.ended_us - start_us_);
+  if (pace_) pace_(since_start);
+  clock_.advance_to(clock_start_ + since_start);
   if (transfer.status != 0) throw transfer_error(-transfer.status, transfer.endpoint, asked_bytes);
 }
 
-void ReplayTransport::differ(const UsbTransfer& recorded, const std::string& asked) {
-  end({DeviceError::Kind::kProtocol,
-       "The program does something else than the recording at packet " +
-           std::to_string(recorded.packet_number) + " (phase \"" + phase_ +
-           "\"). Recorded: " + describe(recorded) + ". Now: " + asked + ".",
-       path_.string()});
+void ReplayTransport::differ(const UsbTransfer& recorded, const std::string& asked, ByteView sent) {
+  std::string text = "The program does something else than the recording at transfer " +
+                     std::to_string(n_transfers_ - 1) + ", packet " +
+                     std::to_string(recorded.packet_number) + " (phase \"" + phase_ +
+                     "\"). Recorded: " + describe(recorded) + ". Now: " + asked + ".";
+  const bool both_out = !sent.empty() && !recorded.in() &&
+                        recorded.type == UsbTransferType::kBulk && !recorded.data.empty();
+  if (both_out) {
+    const auto [now, then] =
+        std::mismatch(sent.begin(), sent.end(), recorded.data.begin(), recorded.data.end());
+    const auto byte = [](auto at, auto end) {
+      return at == end ? std::string("nothing") : hex_of({&*at, 1});
+    };
+    text += " They differ from byte " + std::to_string(now - sent.begin()) +
+            " on: " + byte(then, recorded.data.end()) + " recorded, " + byte(now, sent.end()) +
+            " now.";
+  }
+  // The command itself where that is new, else the one that the transfer belongs to.
+  const Bytes command = has_cdb_size(sent) ? Bytes(sent.begin(), sent.end()) : command_;
+  if (!command.empty() && !has_cdb_size(sent) && decode_.name) {
+    text += " It belongs to the command " + decode_.name(command) + ".";
+  }
+  if (!command.empty() && decode_.source) text += " See: " + decode_.source(command) + ".";
+  end({DeviceError::Kind::kProtocol, text, path_.string()});
 }
 
 void ReplayTransport::end(DeviceError error) {
@@ -189,7 +212,7 @@ void ReplayTransport::end(DeviceError error) {
 
 std::string ReplayTransport::describe_out(ByteView data) const {
   std::string text = "OUT ";
-  if (decode_ && (data.size() == 6 || data.size() == 10)) return text + decode_(data);
+  if (decode_.name && has_cdb_size(data)) return text + decode_.name(data);
   return text + hex_of(data);
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/base/error.h"
 #include "drivers/usb/capture_reader.h"
@@ -21,10 +22,15 @@ namespace reseau {
 // Thread-bound; borrows the clock, which it moves to the recorded times.
 class ReplayTransport final : public UsbTransport {
  public:
-  using Decoder = std::function<std::string(ByteView)>;
-  // `decode` names OUT bytes for people (a CDB); may be empty. Throws InputError for a file without
-  // bulk transfers, std::system_error when it cannot be opened.
+  // What a person wants to know of a command when the replay differs. Either may be empty.
+  struct Decoder {
+    std::function<std::string(ByteView cdb)> name;
+    std::function<std::string(ByteView cdb)> source;  // where its form is described
+  };
+  // Throws InputError for a file without commands, std::system_error when it cannot be opened.
   ReplayTransport(const std::filesystem::path& path, VirtualClock& clock, Decoder decode);
+  // Called before each transfer is answered with the time that it ended at, counted from the first.
+  void set_pace(std::function<void(Duration)> pace) { pace_ = std::move(pace); }
 
   [[nodiscard]] const SessionHeader& header() const { return header_; }
   [[nodiscard]] const UsbIdentity& identity() const override { return identity_; }
@@ -44,7 +50,9 @@ class ReplayTransport final : public UsbTransport {
   UsbTransfer take(const std::string& asked);
   void control(const UsbSetup& setup, const std::string& asked);
   void finish(const UsbTransfer& transfer, std::size_t asked_bytes);
-  [[noreturn]] void differ(const UsbTransfer& recorded, const std::string& asked);
+  // `sent`: what is OUT now, where the first different byte is to be named.
+  [[noreturn]] void differ(const UsbTransfer& recorded, const std::string& asked,
+                           ByteView sent = {});
   [[noreturn]] void end(DeviceError error);
   [[nodiscard]] std::string describe(const UsbTransfer& transfer) const;
   [[nodiscard]] std::string describe_out(ByteView data) const;
@@ -62,6 +70,9 @@ class ReplayTransport final : public UsbTransport {
   std::int64_t start_us_ = 0;
   TimePoint clock_start_;
   std::string phase_;
+  Bytes command_;  // the last one that was the same on both sides
+  long n_transfers_ = 0;
+  std::function<void(Duration)> pace_;
 };
 
 }  // namespace reseau

@@ -52,6 +52,7 @@ struct UsbTransfer {
   std::int64_t ended_us = 0;
   std::int32_t status = 0;
   std::optional<std::uint32_t> asked_bytes;
+  std::uint64_t moved_bytes = 0;  // more than data holds where a capture cut its packets off
   std::optional<std::array<std::byte, 8>> setup;
   Bytes data;
   std::string comment;
