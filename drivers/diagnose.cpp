@@ -6,8 +6,10 @@
 
 #include <unistd.h>
 
+#include "drivers/coolscan/models.h"
 #include "drivers/families.h"
 #include "drivers/registry.h"
+#include "drivers/scsi/sg_node.h"
 #include "drivers/usb/libusb_transport.h"
 
 namespace reseau {
@@ -17,7 +19,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kRuleName = "60-reseau.rules";
 constexpr const char* kReload =
-    "sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=usb, or unplug the "
+    "sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=usb "
+    "--subsystem-match=scsi_generic, or unplug the "
     "scanner and plug it in again";
 
 Finding bus_finding() {
@@ -67,20 +70,20 @@ std::vector<std::string> holders_of(const std::string& node) {
   return holders;
 }
 
-void add_unit(const UsbDeviceInfo& unit, std::vector<Finding>& findings) {
-  const std::string name = trade_name_of(unit.vendor_id, unit.product_id);
-  findings.push_back({Finding::Level::kOk, name, "found at " + unit.node + ", " + unit.speed, ""});
-  if (access(unit.node.c_str(), R_OK | W_OK) == 0) {
-    findings.push_back({Finding::Level::kOk, "permission on " + unit.node, "read and write", ""});
+void add_unit(const std::string& name, const std::string& node, const std::string& link,
+              std::vector<Finding>& findings) {
+  findings.push_back({Finding::Level::kOk, name, "found at " + node + ", " + link, ""});
+  if (access(node.c_str(), R_OK | W_OK) == 0) {
+    findings.push_back({Finding::Level::kOk, "permission on " + node, "read and write", ""});
   } else {
-    findings.push_back({Finding::Level::kProblem, "permission on " + unit.node,
+    findings.push_back({Finding::Level::kProblem, "permission on " + node,
                         "you may not write to it",
                         std::string("install ") + kRuleName + ", then " + kReload +
                             "; without a seat (ssh, service) also: sudo adduser $USER scanner, "
                             "and log in again"});
   }
-  for (const std::string& holder : holders_of(unit.node)) {
-    findings.push_back({Finding::Level::kWarning, "who uses " + unit.node,
+  for (const std::string& holder : holders_of(node)) {
+    findings.push_back({Finding::Level::kWarning, "who uses " + node,
                         holder + " has the scanner open", "close that program"});
   }
 }
@@ -90,9 +93,17 @@ void add_unit(const UsbDeviceInfo& unit, std::vector<Finding>& findings) {
 std::vector<Finding> diagnose_devices() {
   std::vector<Finding> findings = {bus_finding(), rule_finding()};
   const std::size_t n_before = findings.size();
-  for (const UsbDeviceInfo& unit : list_known_units()) add_unit(unit, findings);
+  for (const UsbDeviceInfo& unit : list_known_units()) {
+    add_unit(trade_name_of(unit.vendor_id, unit.product_id), unit.node, unit.speed, findings);
+  }
+  for (const SgDeviceInfo& unit : list_sg_scanners()) {
+    const coolscan::Model* const model = coolscan::model_by_product(unit.product);
+    if (model == nullptr) continue;
+    add_unit(std::string(model->trade_name), unit.path, "FireWire or SCSI", findings);
+  }
   if (findings.size() == n_before) {
-    findings.push_back({Finding::Level::kWarning, "scanners", "no film scanner is on the USB bus",
+    findings.push_back({Finding::Level::kWarning, "scanners",
+                        "no film scanner is on the USB bus or behind FireWire or SCSI",
                         "plug it in, switch it on, and wait until its lamp stops blinking; a "
                         "simulated one is always there: -d sim:ls5000"});
   }

@@ -5,6 +5,7 @@ namespace reseau::cli {
 void add_all_verbs(Program& program) {
   add_list(program);
   add_doctor(program);
+  add_dump(program);
   add_preview(program);
   add_scan(program);
   add_calibrate(program);

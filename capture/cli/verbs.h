@@ -7,6 +7,7 @@ namespace reseau::cli {
 
 void add_list(Program& program);
 void add_doctor(Program& program);
+void add_dump(Program& program);
 void add_preview(Program& program);
 void add_scan(Program& program);
 void add_eject(Program& program);

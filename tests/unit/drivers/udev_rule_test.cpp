@@ -55,6 +55,27 @@ TEST(UdevRule, GivesAccessToThePersonAtTheSeatOnly) {
   EXPECT_EQ(rule.find("0666"), std::string::npos);
 }
 
+TEST(UdevRule, LetsNoUnitSleepAndServesBenchesWithoutASeat) {
+  std::istringstream lines(rule_text());
+  int n_usb = 0, n_sg = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find("MODE=") == std::string::npos) continue;
+    const bool is_usb = line.find("idVendor") != std::string::npos;
+    ++(is_usb ? n_usb : n_sg);
+    EXPECT_NE(line.find("GROUP=\"scanner\""), std::string::npos) << line;
+    EXPECT_NE(line.find("TAG+=\"uaccess\""), std::string::npos) << line;
+    if (is_usb) {
+      EXPECT_NE(line.find("ATTR{power/control}=\"on\""), std::string::npos) << line;
+    } else {
+      EXPECT_NE(line.find("SUBSYSTEM==\"scsi_generic\""), std::string::npos) << line;
+    }
+  }
+  EXPECT_EQ(n_usb, 2);
+  const bool any_scsi = std::any_of(models().begin(), models().end(),
+                                    [](const Model& model) { return model.product_id == 0; });
+  EXPECT_EQ(n_sg, any_scsi ? 1 : 0);
+}
+
 TEST(UdevRule, SortsBeforeTheRuleThatActsOnTheTag) {
   const std::string path = RESEAU_UDEV_RULE;
   EXPECT_LT(path.substr(path.rfind('/') + 1), "73-seat-late.rules");
