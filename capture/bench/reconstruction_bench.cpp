@@ -1,16 +1,13 @@
 #include "capture/bench/reconstruction_bench.h"
 
 #include <chrono>
-#include <ctime>
 
+#include "capture/bench/cpu_time.h"
 #include "core/line/memory_line_source.h"
 #include "drivers/sim/simulate.h"
 
 namespace reseau {
 namespace {
-
-// Of all threads of the process, so that other work on the machine does not count.
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 constexpr const char* kMegapixel = "ls5000?width_px=1000&height_px=1000&";
 

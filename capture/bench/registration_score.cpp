@@ -4,20 +4,14 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <vector>
 
+#include "capture/bench/cpu_time.h"
 #include "core/line/memory_line_source.h"
 #include "drivers/sim/simulate.h"
 
 namespace reseau {
 namespace {
-
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 // The pattern does not tell apart screen coordinates that differ by whole periods or by a turn: of
 // those, the ones nearest to what was found.

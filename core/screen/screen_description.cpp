@@ -12,7 +12,6 @@
 namespace reseau {
 namespace {
 
-constexpr int kRed = 0, kGreen = 1, kBlue = 2;
 using ShapeKind = ScreenShape::Kind;
 
 // Lines at v = 0.5 and between them two kinds of squares.
@@ -43,8 +42,8 @@ void three_lines(ScreenDescription& screen) {
   screen.areas = {kThird, kThird, kThird};
   screen.middles = {{{0, kThird / 2}, {0, 0.5}, {0, 1 - kThird / 2}}};
   const std::vector<ScreenBand> band{{{0, 1}, kThird / 2}};
-  screen.shapes.push_back({ShapeKind::kLine, kRed, {0, kThird / 2}, band, 0, false});
-  screen.shapes.push_back({ShapeKind::kLine, kGreen, {0, 0.5}, band, 0, false});
+  screen.shapes.push_back({ShapeKind::kLine, kRedElement, {0, kThird / 2}, band, 0, false});
+  screen.shapes.push_back({ShapeKind::kLine, kGreenElement, {0, 0.5}, band, 0, false});
 }
 
 // Squares of 85 um (red, green, corner to corner) and 63 um (blue) after Wall 1925, so that 148 um
@@ -55,10 +54,10 @@ void two_squares(ScreenDescription& screen) {
   const std::vector<ScreenBand> square{
       {{1, 0}, kLarge / 2}, {{0, 1}, kLarge / 2}, {{1, 1}, 0.5}, {{1, -1}, 0.5}};
   screen.middles = {{{0, 0}, {0.5, 0.5}, {0.5, 0}}};
-  screen.shapes.push_back({ShapeKind::kPolygon, kRed, {0, 0}, square, 0, false});
-  screen.shapes.push_back({ShapeKind::kPolygon, kGreen, {0.5, 0.5}, square, 0, false});
-  screen.areas[kBlue] = 2 * kSmall * kSmall;
-  screen.areas[kRed] = screen.areas[kGreen] = (1 - screen.areas[kBlue]) / 2;
+  screen.shapes.push_back({ShapeKind::kPolygon, kRedElement, {0, 0}, square, 0, false});
+  screen.shapes.push_back({ShapeKind::kPolygon, kGreenElement, {0.5, 0.5}, square, 0, false});
+  screen.areas[kBlueElement] = 2 * kSmall * kSmall;
+  screen.areas[kRedElement] = screen.areas[kGreenElement] = (1 - screen.areas[kBlueElement]) / 2;
 }
 
 // A red and a green disc of equal size per cell; 31.8 % each, which is what Color-Screen uses.
@@ -69,8 +68,8 @@ void discs(ScreenDescription& screen) {
       sizes.period_um.x * sizes.period_um.y * std::sin(sizes.axes_deg * std::numbers::pi / 180);
   const double radius_um = std::sqrt(kArea * cell_um2 / std::numbers::pi);
   screen.middles = {{{0, 0}, {0.5, 0.5}, {0.5, 0}}};
-  screen.shapes.push_back({ShapeKind::kDisc, kRed, {0, 0}, {}, radius_um, false});
-  screen.shapes.push_back({ShapeKind::kDisc, kGreen, {0.5, 0.5}, {}, radius_um, false});
+  screen.shapes.push_back({ShapeKind::kDisc, kRedElement, {0, 0}, {}, radius_um, false});
+  screen.shapes.push_back({ShapeKind::kDisc, kGreenElement, {0.5, 0.5}, {}, radius_um, false});
   screen.areas = {kArea, kArea, 1 - 2 * kArea};
 }
 
@@ -162,20 +161,20 @@ ScreenDescription describe_screen(ScreenKind kind, const ScreenSizes& sizes) {
     case ScreenKind::kDufaycolorPenichon:
     case ScreenKind::kDufaycolorClyneColor:
     case ScreenKind::kDufaycolorClyneBw:
-      lines_and_squares(screen, {kRed, kGreen, kBlue});
+      lines_and_squares(screen, {kRedElement, kGreenElement, kBlueElement});
       break;
     case ScreenKind::kSpicerDufayBlue:
-      lines_and_squares(screen, {kBlue, kGreen, kRed});
+      lines_and_squares(screen, {kBlueElement, kGreenElement, kRedElement});
       break;
     case ScreenKind::kSpicerDufayGreen:
-      lines_and_squares(screen, {kGreen, kBlue, kRed});
+      lines_and_squares(screen, {kGreenElement, kBlueElement, kRedElement});
       break;
     case ScreenKind::kDioptichrome:
-      lines_and_squares(screen, {kGreen, kRed, kBlue});
+      lines_and_squares(screen, {kGreenElement, kRedElement, kBlueElement});
       break;
     case ScreenKind::kImprovedDioptichrome:
     case ScreenKind::kOmnicolore:
-      lines_and_squares(screen, {kBlue, kRed, kGreen});
+      lines_and_squares(screen, {kBlueElement, kRedElement, kGreenElement});
       break;
     case ScreenKind::kPaget:
     case ScreenKind::kFinlay:

@@ -28,6 +28,9 @@ enum class ScreenKind {
   kWarnerPowrie
 };
 
+// Colours of elements, as everything of a screen counts them.
+inline constexpr int kRedElement = 0, kGreenElement = 1, kBlueElement = 2;
+
 // |n . (s - center)| < half for screen coordinates s [periods]. A line has one band with whole n
 // and repeats with it; a polygon is what two or more bands have in common.
 struct ScreenBand {

@@ -62,19 +62,17 @@ struct Made {
   double prior;
 };
 
-constexpr int kRed = 0, kGreen = 1, kBlue = 2;
-
 // Priors among screens that only the period tells apart: about how often one meets them.
 constexpr std::array<Made, 8> kMade{
-    {{ScreenKind::kDufaycolor, ScreenLayout::kLinesAndSquares, kRed, 1},
-     {ScreenKind::kSpicerDufayBlue, ScreenLayout::kLinesAndSquares, kBlue, 0.2},
-     {ScreenKind::kOmnicolore, ScreenLayout::kLinesAndSquares, kBlue, 0.45},
-     {ScreenKind::kImprovedDioptichrome, ScreenLayout::kLinesAndSquares, kBlue, 0.35},
-     {ScreenKind::kDioptichrome, ScreenLayout::kLinesAndSquares, kGreen, 0.8},
-     {ScreenKind::kSpicerDufayGreen, ScreenLayout::kLinesAndSquares, kGreen, 0.2},
-     {ScreenKind::kPaget, ScreenLayout::kTwoSites, kBlue, 0.5},
-     {ScreenKind::kFinlay, ScreenLayout::kTwoSites, kBlue, 0.3}}};
-constexpr Made kThamesMade{ScreenKind::kThames, ScreenLayout::kTwoSites, kBlue, 0.2};
+    {{ScreenKind::kDufaycolor, ScreenLayout::kLinesAndSquares, kRedElement, 1},
+     {ScreenKind::kSpicerDufayBlue, ScreenLayout::kLinesAndSquares, kBlueElement, 0.2},
+     {ScreenKind::kOmnicolore, ScreenLayout::kLinesAndSquares, kBlueElement, 0.45},
+     {ScreenKind::kImprovedDioptichrome, ScreenLayout::kLinesAndSquares, kBlueElement, 0.35},
+     {ScreenKind::kDioptichrome, ScreenLayout::kLinesAndSquares, kGreenElement, 0.8},
+     {ScreenKind::kSpicerDufayGreen, ScreenLayout::kLinesAndSquares, kGreenElement, 0.2},
+     {ScreenKind::kPaget, ScreenLayout::kTwoSites, kBlueElement, 0.5},
+     {ScreenKind::kFinlay, ScreenLayout::kTwoSites, kBlueElement, 0.3}}};
+constexpr Made kThamesMade{ScreenKind::kThames, ScreenLayout::kTwoSites, kBlueElement, 0.2};
 
 }  // namespace
 
@@ -91,7 +89,7 @@ const SiteSeries& site_series(ScreenLayout layout) {
 
 std::array<int, 3> site_colors(ScreenLayout layout, int special_color) {
   // The first of the pair: green beside red lines, red beside lines of other colours.
-  const int first = special_color == kRed ? kGreen : kRed;
+  const int first = special_color == kRedElement ? kGreenElement : kRedElement;
   const int second = 3 - special_color - first;
   if (layout == ScreenLayout::kTwoSites) return {first, second, special_color};
   return {special_color, first, second};

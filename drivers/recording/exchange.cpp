@@ -12,8 +12,6 @@ namespace {
 // Nikon's wrapper: LS-5000 interface specification, USB.
 constexpr std::byte kPhaseQuery{0xD0};
 constexpr std::byte kStatusRequest{0x06};
-constexpr std::size_t kStatusBytes = 8;
-constexpr int kPhaseData = 3;
 
 bool is_command(const UsbTransfer& transfer) {
   return transfer.type == UsbTransferType::kBulk && !transfer.in() &&
@@ -89,11 +87,11 @@ void ExchangeReader::add(Exchange& exchange, const UsbTransfer& transfer) {
 // The last IN transfer is the status block, what came before it is data.
 void ExchangeReader::settle(Exchange& exchange, std::vector<Bytes>& ins) {
   // Without a data phase it may be padded to a whole packet.
-  const bool data_first = exchange.wrapper_phase.value_or(kPhaseData) == kPhaseData;
-  if (!ins.empty() && ins.back().size() >= kStatusBytes &&
-      (ins.back().size() == kStatusBytes || !data_first)) {
+  const bool data_first = exchange.wrapper_phase.value_or(Exchange::kPhaseIn) == Exchange::kPhaseIn;
+  if (!ins.empty() && ins.back().size() >= Exchange::kStatusBytes &&
+      (ins.back().size() == Exchange::kStatusBytes || !data_first)) {
     exchange.in_bytes -= ins.back().size();
-    ins.back().resize(kStatusBytes);
+    ins.back().resize(Exchange::kStatusBytes);
     exchange.status = std::move(ins.back());
     ins.pop_back();
   }
@@ -132,9 +130,8 @@ std::optional<Exchange> ExchangeReader::next() {
     asked_phase_ = false;
     while (auto more = next_transfer()) {
       // Data of six or ten bytes to the unit looks like a command, but follows phase 2.
-      constexpr int kPhaseDataOut = 2;
       const bool wants_data =
-          exchange.wrapper_phase == kPhaseDataOut && exchange.out.empty() && ins_.empty();
+          exchange.wrapper_phase == Exchange::kPhaseOut && exchange.out.empty() && ins_.empty();
       const bool other = more->type != UsbTransferType::kBulk || (is_command(*more) && !wants_data);
       if (other || !more->comment.empty()) {
         ahead_ = std::move(more);

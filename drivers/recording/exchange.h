@@ -33,6 +33,9 @@ struct Exchange {
   Bytes status;                // 8 bytes; empty when the capture has none
   int transfer_status = 0;     // 0 or the errno of the first transfer that failed, negative
   static constexpr std::size_t kKeptBytes = 4096;
+  // Of Nikon's wrapper: the status block, and what the unit answers to a phase query.
+  static constexpr std::size_t kStatusBytes = 8;
+  static constexpr int kPhaseStatus = 1, kPhaseOut = 2, kPhaseIn = 3;
 };
 
 // Which device of a capture is the scanner, and what its descriptors say.

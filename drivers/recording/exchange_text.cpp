@@ -9,7 +9,6 @@
 namespace reseau {
 namespace {
 
-constexpr std::size_t kStatusBytes = 8;
 constexpr std::size_t kShownBytes = 64;
 
 std::string seconds(std::int64_t us) {
@@ -29,7 +28,7 @@ void data_line(std::string& text, const char* direction, std::uint64_t n_bytes, 
 }  // namespace
 
 std::optional<Sense> sense_of(const Exchange& exchange) {
-  if (exchange.status.size() < kStatusBytes) return std::nullopt;
+  if (exchange.status.size() < Exchange::kStatusBytes) return std::nullopt;
   constexpr unsigned kKeyBits = 0x0F, kShortRead = 0x20;
   Sense sense;
   sense.key = static_cast<std::uint8_t>(u8_at(exchange.status, 1) & kKeyBits);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
+#include "drivers/recording/exchange.h"
 #include "drivers/recording/rewrite.h"
 #include "drivers/usb/pcapng_writer.h"
 #include "drivers/usb/usb_descriptors.h"
@@ -15,8 +16,6 @@ namespace reseau {
 namespace {
 
 constexpr Endpoint kBulkOut = 0x01, kBulkIn = 0x82;
-constexpr int kPhaseOut = 2, kPhaseIn = 3;
-constexpr std::size_t kStatusBytes = 8;
 // The time that nothing in the file tells; transfers follow each other by this much.
 constexpr std::int64_t kStepUs = 1000;
 
@@ -88,15 +87,15 @@ void write_command(const nlohmann::json& json, TransferWriter& to) {
   const int phase = json.at("expected_phase").get<int>();
   const std::byte phase_byte{static_cast<std::uint8_t>(phase)};
   to.in({&phase_byte, 1}, 1);
-  if (phase == kPhaseOut) to.out(bytes_of_hex(json.value("data_out", "")));
-  if (phase == kPhaseIn) {
+  if (phase == Exchange::kPhaseOut) to.out(bytes_of_hex(json.value("data_out", "")));
+  if (phase == Exchange::kPhaseIn) {
     const Bytes data = bytes_of_hex(json.value("expected_data_in", ""));
     const auto came = json.value("pcap_original_n_in", std::size_t{0});
     to.in(data, std::max(came, data.size()));
   }
   Bytes status = bytes_of_hex(json.value("expected_status", ""));
-  status.resize(kStatusBytes);
-  to.in(status, kStatusBytes);
+  status.resize(Exchange::kStatusBytes);
+  to.in(status, Exchange::kStatusBytes);
 }
 
 }  // namespace

@@ -45,14 +45,13 @@ void check_exchange(const Exchange& e, SessionCheck& check) {
     return;
   }
   if (e.kind == Exchange::Kind::kControl) return;
-  constexpr int kPhaseStatus = 1, kPhaseOut = 2, kPhaseIn = 3;
   if (!e.wrapper_phase) {
     problem("it was never asked for its phase; the capture has a hole or ends here.");
-  } else if (*e.wrapper_phase == kPhaseOut && e.out.empty()) {
+  } else if (*e.wrapper_phase == Exchange::kPhaseOut && e.out.empty()) {
     problem("the unit wanted data, but none was sent.");
-  } else if (*e.wrapper_phase == kPhaseIn && e.in_bytes == 0) {
+  } else if (*e.wrapper_phase == Exchange::kPhaseIn && e.in_bytes == 0) {
     problem("the unit announced data, but none came.");
-  } else if (*e.wrapper_phase > kPhaseIn || *e.wrapper_phase < kPhaseStatus) {
+  } else if (*e.wrapper_phase > Exchange::kPhaseIn || *e.wrapper_phase < Exchange::kPhaseStatus) {
     problem("its phase stayed at " + std::to_string(*e.wrapper_phase) + ".");
   } else if (e.status.empty()) {
     problem("its status is missing; the capture has a hole or ends here.");

@@ -11,8 +11,6 @@
 namespace reseau::sim {
 namespace {
 
-int as_int(double v) { return static_cast<int>(v); }
-
 // "spicer_dufay_blue" of "spicer-dufay-blue"; the short names of before stay the words.
 std::string_view word_of(const ScreenName& screen) {
   static const std::vector<std::string> words = [] {

@@ -9,6 +9,7 @@ namespace {
 // Every page begins 06 (scanner), code, length in two bytes.
 Bytes page(std::uint8_t code, ByteView body) {
   Bytes result;
+  result.reserve(4 + body.size());
   put8(result, 0x06);
   put8(result, code);
   put16(result, static_cast<std::uint32_t>(body.size()));

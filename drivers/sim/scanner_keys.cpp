@@ -1,11 +1,6 @@
 #include "drivers/sim/sim_key.h"
 
 namespace reseau::sim {
-namespace {
-
-int as_int(double v) { return static_cast<int>(v); }
-
-}  // namespace
 
 const std::vector<NumberKey>& scanner_keys() {
   static const std::vector<NumberKey> keys{

@@ -10,6 +10,9 @@
 
 namespace reseau::sim {
 
+// For the setters: a NumberKey with `whole` has been checked to be a whole number in range.
+[[nodiscard]] inline int as_int(double v) { return static_cast<int>(v); }
+
 struct NumberKey {
   std::string_view name;
   double min, max;

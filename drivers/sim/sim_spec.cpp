@@ -20,8 +20,6 @@ namespace {
 
 using Key = NumberKey;
 
-int as_int(double v) { return static_cast<int>(v); }
-
 const std::vector<WordKey>& word_keys() {
   static const std::vector<WordKey> keys{
       {"optics",
