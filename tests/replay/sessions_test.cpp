@@ -76,13 +76,18 @@ TEST_F(Sessions, ShowsEveryCommandWithWhatItMeans) {
   const ShownSession session = show_session(file_, [&](const ShownExchange& e) {
     EXPECT_EQ(e.number, ++n);
     n_good += e.good ? 1 : 0;
+    // Answers that are no "good" belong to commands that are there to be answered so.
+    if (!e.good) {
+      EXPECT_TRUE(e.command.starts_with("TEST UNIT READY") || e.command.starts_with("SCAN"))
+          << e.text;
+    }
     phases.insert(e.phase);
     text += e.text;
   });
   EXPECT_EQ(session.n_exchanges, n);
   EXPECT_EQ(session.device, "04b0:4002");
   EXPECT_EQ(session.serial, kSerial);
-  EXPECT_GT(n_good, n * 9 / 10);
+  EXPECT_GT(n_good, n / 2);
   EXPECT_TRUE(phases.contains("scan"));
   for (const char* const part :
        {"INQUIRY", "\"Nikon   LS-5000 ED", "window red: 500 dpi", "window infrared", "colours",
@@ -264,7 +269,7 @@ TEST_F(Sessions, AReplayThatDiffersNamesByteCommandAndSource) {
   (void)record(file_);
   const OpenedScanner opened = open_scanner("replay:" + file_.string(), {});
   ScanRequest request = small_request();
-  request.resolution_dpi = 1000;
+  request.resolution_dpi = 1000;  // the middle, where it focuses, is elsewhere
   try {
     (void)scan_of(*opened.scanner, request);
     FAIL();
@@ -272,7 +277,7 @@ TEST_F(Sessions, AReplayThatDiffersNamesByteCommandAndSource) {
     const std::string text = error.what();
     for (const char* const part :
          {"transfer ", "packet ", "phase \"", "Recorded: OUT ", "Now: OUT ", "from byte ",
-          "SET WINDOW", "LS-5000 interface specification"}) {
+          "SET PARAMETER", "LS-5000 interface specification"}) {
       EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
     }
   }
