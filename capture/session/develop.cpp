@@ -98,10 +98,10 @@ Development develop(const LineSource& whole, const DevelopOptions& options,
         result.registration.reason.empty() ? "No réseau was found." : result.registration.reason;
     return result;
   }
-  if (result.registration.screen != "dufaycolor") {
-    result.why_not = fmt::format(
-        "The réseau was found, a {}, but only a Dufaycolor can be made into a picture so far.",
-        result.registration.screen);
+  try {
+    (void)printed_screen(result.registration.screen);
+  } catch (const InputError& error) {
+    result.why_not = error.what();
     return result;
   }
 

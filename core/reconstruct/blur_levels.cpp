@@ -11,9 +11,13 @@ BlurLevels::BlurLevels(const ScreenPattern& pattern, const BlurLevelSettings& se
   for (int color = 0; color < 3; ++color) {
     const ElementLattice& lattice = pattern.lattices()[static_cast<std::size_t>(color)];
     first_site_[static_cast<std::size_t>(color)] = sites_.size();
-    const int n = static_cast<int>(std::lround(1 / lattice.step.x));
-    for (int i = 0; i < n; ++i)
-      sites_.push_back({color, lattice.origin + Vec2{i * lattice.step.x, 0}});
+    const Mat2 from_index = lattice.to_index.inverse();
+    for (int i = 0; i < lattice.n_sites; ++i) {
+      // Along one of the axes every kind of site is met.
+      const int step = lattice.site_step[0] != 0 ? 0 : 1;
+      const Vec2 index{step == 0 ? double(i) : 0.0, step == 0 ? 0.0 : double(i)};
+      sites_.push_back({color, lattice.origin + from_index * index});
+    }
   }
   CHECK(settings.least_sigma_px > 0 && settings.most_sigma_px >= settings.least_sigma_px);
   const double span = std::log(settings.most_sigma_px / settings.least_sigma_px);
@@ -22,8 +26,12 @@ BlurLevels::BlurLevels(const ScreenPattern& pattern, const BlurLevelSettings& se
   for (int i = 0; i < n; ++i) {
     const double sigma = settings.least_sigma_px * std::exp(n > 1 ? span * i / (n - 1) : 0.0);
     BlurredCell cell(pattern, settings.screen_from_scan, sigma);
-    const EstimatorSettings estimator{settings.screen_from_scan, sigma, settings.noise_sd,
-                                      ElementKernels::kRadius, settings.red_alternation_sd};
+    const EstimatorSettings estimator{settings.screen_from_scan,
+                                      sigma,
+                                      settings.noise_sd,
+                                      ElementKernels::kRadius,
+                                      settings.line_alternation_sd,
+                                      settings.line_color};
     ElementKernels elements(cell, estimator, sites_);
     std::optional<DetailKernels> detail;
     if (settings.detail) {

@@ -25,7 +25,8 @@ struct BlurLevelSettings {
   double ratio = 1.08;  // between neighbouring levels at most
   bool detail = false;
   Vec2 detail_offset_px;
-  double red_alternation_sd = 0;  // as EstimatorSettings
+  double line_alternation_sd = 0;  // as EstimatorSettings
+  int line_color = 0;
 };
 
 // Immutable, thread-safe.

@@ -18,8 +18,6 @@ namespace {
 constexpr double kMostPixels = 5e5;
 constexpr std::size_t kFewestPixels = 200;  // amid each element
 constexpr std::uint16_t kFullScale = 65500;
-// Amid an element: within this share of its half width from its middle.
-constexpr double kAmid = 0.4;
 // So much of the light of a pixel must be that of its element.
 constexpr double kOwnLight = 0.45;
 constexpr double kClearQuantile = 0.999;
@@ -33,17 +31,18 @@ struct AmidPixel {
 
 double to_nearest(double x) { return x - std::floor(x + 0.5); }
 
-// The element in whose middle a point of the screen lies, or -1. Dufaycolor: ScreenPattern.
-int amid_element(Vec2 screen, double red_width, double green_length) {
-  const double v = std::abs(to_nearest(screen.y)), u = std::abs(to_nearest(screen.x));
-  if (0.5 - v < kAmid * red_width / 2) return 0;
-  if (v > kAmid * (1 - red_width) / 2) return -1;
-  if (u < kAmid * green_length / 2) return 1;
-  return 0.5 - u < kAmid * (1 - green_length) / 2 ? 2 : -1;
+// The element in whose middle a point of the screen lies, or -1.
+int amid_element(Vec2 screen, const ScreenPattern& pattern) {
+  for (const ElementMiddle& m : pattern.middles()) {
+    const Vec2 d = screen - m.middle;
+    if (std::abs(to_nearest(d.x)) < m.half.x && std::abs(to_nearest(d.y)) < m.half.y)
+      return m.color;
+  }
+  return -1;
 }
 
 std::vector<AmidPixel> pixels_amid(const LineSource& source, const Registration& registration,
-                                   const ToneCurves& tone, double red_width, double green_length,
+                                   const ToneCurves& tone, const ScreenPattern& pattern,
                                    const std::stop_token& stop) {
   const LineFormat& format = source.format();
   constexpr std::array kOrder{Channel::kRed, Channel::kGreen, Channel::kBlue};
@@ -63,7 +62,7 @@ std::vector<AmidPixel> pixels_amid(const LineSource& source, const Registration&
     source.read(y, 1, line);
     for (int x = 0; x < format.width_px; x += step) {
       const Vec2 at = registration.map.screen_from_scan({double(x), double(y)});
-      const int element = amid_element(at, red_width, green_length);
+      const int element = amid_element(at, pattern);
       if (element < 0) continue;
       AmidPixel pixel;
       pixel.element = static_cast<std::uint8_t>(element);
@@ -163,11 +162,10 @@ void scale_to_brightest_answer(Response& response) {
 }  // namespace
 
 void scale_to_clear(const LineSource& source, const Registration& registration,
-                    const ToneCurves& tone, double red_width, double green_length,
+                    const ToneCurves& tone, const ScreenPattern& pattern,
                     const std::stop_token& stop, Response& response) {
   scale_to_brightest_answer(response);
-  const std::vector<AmidPixel> pixels =
-      pixels_amid(source, registration, tone, red_width, green_length, stop);
+  const std::vector<AmidPixel> pixels = pixels_amid(source, registration, tone, pattern, stop);
   Response scaled = response;
   for (int round = 0; round < kRounds; ++round) {
     std::array<double, 3> weights{}, brightest{};

@@ -8,6 +8,7 @@
 #include "core/reconstruct/reconstruct.h"
 #include "core/reconstruct/tone_curve.h"
 #include "core/screen/lattice_hypothesis.h"
+#include "core/screen/screen_pattern.h"
 
 namespace reseau {
 
@@ -15,9 +16,9 @@ namespace reseau {
 // that of one pixel in a thousand amid the elements, on an even grid of some 500,000 pixels. What
 // is clipped is brighter than all else. Pixels that show no one element (light beside the film,
 // dust) are left out. Where too few pixels tell, the brightest answer of all counts as full scale.
-// `response` must be regular; widths [periods]. Pure, reentrant.
+// `response` must be regular. Pure, reentrant.
 void scale_to_clear(const LineSource& source, const Registration& registration,
-                    const ToneCurves& tone, double red_width, double green_length,
+                    const ToneCurves& tone, const ScreenPattern& pattern,
                     const std::stop_token& stop, Response& response);
 
 }  // namespace reseau

@@ -25,7 +25,7 @@ constexpr double kLeastShare = 0.02;
 struct Mixture {
   std::array<double, 3> share{};
   std::array<Vec2, 3> from_px{};  // where each colour's light comes from
-  double alternation = 0;         // of red along its line, in deviations
+  double alternation = 0;         // of the line's colour along it, in deviations
 };
 
 double square_distance(Vec2 a, Vec2 b) {
@@ -45,6 +45,7 @@ LocalEstimator::LocalEstimator(const BlurredCell& cell, const EstimatorSettings&
 
 std::vector<double> LocalEstimator::weights(Vec2 middle,
                                             std::span<const EstimatorTarget> targets) const {
+  const auto line = static_cast<std::size_t>(settings_.line_color);
   const int side = side_px(), radius = settings_.radius_px, n = side * side;
   const double variance = settings_.sigma_px * settings_.sigma_px;
   std::vector<Mixture> pixels(static_cast<std::size_t>(n));
@@ -72,7 +73,7 @@ std::vector<double> LocalEstimator::weights(Vec2 middle,
       pixel.from_px[c] = p + shift;
     }
     pixel.alternation =
-        settings_.red_alternation_sd * pixel.share[0] * std::cos(2 * std::numbers::pi * u);
+        settings_.line_alternation_sd * pixel.share[line] * std::cos(2 * std::numbers::pi * u);
   }
   Eigen::MatrixXd w(n, n);
   for (int j = 0; j < n; ++j) {

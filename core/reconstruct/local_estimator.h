@@ -19,9 +19,10 @@ struct EstimatorSettings {
   double sigma_px = 0;    // blur, pixel aperture included; that of the cell
   double noise_sd = 0;    // of a pixel's silver over the light there
   int radius_px = 6;      // of the square of pixels that is looked at
-  // Of light that alternates along the red line, more beside green than beside blue or the other
-  // way round, and is not the picture's: no estimate follows it.
-  double red_alternation_sd = 0;
+  // Of light that alternates along the line (red in a Dufaycolor), more beside one kind of square
+  // than beside the other, and is not the picture's: no estimate follows it.
+  double line_alternation_sd = 0;
+  int line_color = 0;
 };
 
 // What is to be estimated: a colour at a place relative to the middle pixel [px].

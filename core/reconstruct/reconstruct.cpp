@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kTileWidth = 512, kTileHeight = 192;
 // A blur taken for another that differs by this much changes flat colours by about 0.1.
 constexpr double kSameBlurPx = 0.02;
-// Less of an alternation between red beside green and beside blue is not seen.
+// Less of an alternation between the line beside one square and beside the other is not seen.
 constexpr double kLeastAlternation = 0.01;
 // Noise over the light: what the model of the réseau leaves unexplained however little there is;
 // and where a picture drowns.
@@ -108,7 +108,7 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
                     registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
   const ScreenPattern pattern =
-      ScreenPattern::dufaycolor(sharpness.report.red_width, sharpness.report.green_length);
+      sharpness.printed.pattern(sharpness.report.widths.value_or(sharpness.printed.usual));
   if (registration.map.is_affine())
     report.skipped.emplace_back("displacement grid: an affine map explains the réseau");
   const double light = options.white_level - options.black_level;
@@ -118,7 +118,8 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
     levels.emplace(pattern, BlurLevelSettings{
                                 linear, std::clamp(sharpness.noise_ratio, kLeastNoise, kMostNoise),
                                 range[0], range[1], 1.15, options.quality == Quality::kBest, shift,
-                                sharpness.red_alternation > kLeastAlternation ? 1.0 : 0.0});
+                                sharpness.line_alternation > kLeastAlternation ? 1.0 : 0.0,
+                                sharpness.printed.colors[0]});
   });
   report_conditioning(levels->levels().back(), report);
   TileSettings tile_settings{registration.map, pattern, *levels, blur, shift, options.quality, {}};

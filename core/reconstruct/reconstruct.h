@@ -17,6 +17,7 @@
 #include "core/reconstruct/tone_curve.h"
 #include "core/screen/map_uncertainty.h"
 #include "core/screen/screen_map.h"
+#include "core/screen/screen_pattern.h"
 
 namespace reseau {
 
@@ -101,8 +102,9 @@ struct SharpnessReport {
   std::array<std::array<double, 2>, 4> sigma_range_px{};
   std::array<int, 4> field_degree{};
   std::array<std::string, 4> origin;  // "measured", "pooled", "default", "absent"
-  // Printed widths as found in this film [periods]: the red line, the green square.
-  double red_width = 0, green_length = 0;
+  // Printed widths as found in this film, of a screen of lines and squares (red lines and green
+  // squares in a Dufaycolor).
+  std::optional<ScreenWidths> widths;
   // Where infrared lies relative to RGB [px]; zero where the picture does not tell.
   Vec2 infrared_shift_px;
 };

@@ -10,6 +10,7 @@
 
 #include "core/base/parallel.h"
 #include "core/reconstruct/clear_elements.h"
+#include "core/reconstruct/sharpness_fit.h"
 #include "core/screen/element_model.h"
 #include "core/screen/lattice_search.h"
 #include "core/screen/linear_rows.h"
@@ -21,12 +22,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kDefaultSigmaPx = 0.7;
-constexpr double kLeastSigmaPx = 0.2, kMostSigmaPx = 4.0;
 constexpr double kMeasuredSdPx = 0.1;  // surer than this, or it is not called measured
 constexpr int kTilesAcross = 14;
-// The printed widths are not exactly those of the pattern: amplitudes are believed to this much of
-// the mean, however little noise there is.
-constexpr double kModelError = 0.015;
 
 struct TilePlace {
   int x, y;
@@ -80,191 +77,7 @@ MeasuredTiles measure_tiles(const LineSource& source, const Registration& regist
 }
 
 using Amplitudes = ElementModel::Amplitudes;
-using Scatter = Eigen::Matrix<double, kTileAmplitudes, kTileAmplitudes>;
 using Columns = ElementModel::Columns;
-
-// Inverse variance of the weighted amplitudes of a tile: noise and detail, plus the model's own.
-double tile_weight(const ScreenTile& tile, std::size_t channel) {
-  const double mean = tile.amplitude[channel][0];
-  return 1 / (tile.variance[channel] / tile.n_effective + kModelError * kModelError * mean * mean +
-              1e-14);
-}
-
-// Sum over tiles of y y^T / variance, less what the odd amplitudes say of noise and detail: all
-// that a fit needs, because what the best three intensities of every tile leave is the trace of the
-// residual projector with it.
-Scatter channel_scatter(const std::vector<ScreenTile>& tiles, std::size_t channel) {
-  Scatter sum = Scatter::Zero();
-  for (const ScreenTile& tile : tiles) {
-    if (!tile.used) continue;
-    const Amplitudes even = weighted_amplitudes(tile.amplitude[channel]),
-                     odd = weighted_amplitudes(tile.odd[channel]);
-    const double weight = tile_weight(tile, channel);
-    sum += weight * (even * even.transpose());
-    for (int i = 1; i < kTileAmplitudes; ++i) sum(i, i) -= weight * odd(i) * odd(i);
-  }
-  return sum;
-}
-
-// Weak beliefs, in standard deviations.
-constexpr double kSigmaPriorPx = 0.7, kSigmaPriorSd = 0.5;
-constexpr double kInfraredSofter = 1.1, kInfraredPriorSd = 0.15;
-constexpr double kWidthPriorSd = 0.04;
-
-struct SharpnessFit {
-  ScreenWidths widths;
-  std::array<double, 4> sigma{}, sd{};
-};
-
-// Joint fit of the widths, shared, and a sigma per channel.
-class SharpnessProblem {
- public:
-  SharpnessProblem(const Mat2& linear, const std::vector<ScreenTile>& tiles, std::size_t n_channels)
-      : linear_(linear), n_channels_(n_channels) {
-    for (std::size_t c = 0; c < n_channels; ++c) scatter_.push_back(channel_scatter(tiles, c));
-  }
-
-  [[nodiscard]] SharpnessFit solve() const {
-    SharpnessFit fit;
-    double best = best_sigmas(fit.widths, fit.sigma);
-    // The widths by a pattern search; for each, every channel has its own best sigma.
-    for (double step = 0.04; step > 0.001; step *= 0.5) {
-      for (bool moved = true; moved;) {
-        moved = false;
-        for (const auto& [dr, dg] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
-          const ScreenWidths trial{fit.widths.red + dr * step, fit.widths.green + dg * step};
-          if (std::abs(trial.red - kDufaycolorRedWidth) > 0.16 ||
-              std::abs(trial.green - kDufaycolorGreenLength) > 0.16) {
-            continue;
-          }
-          std::array<double, 4> sigma{};
-          const double value = best_sigmas(trial, sigma);
-          if (value < best - 1e-9) {
-            best = value;
-            fit.widths = trial;
-            fit.sigma = sigma;
-            moved = true;
-          }
-        }
-      }
-    }
-    uncertainty(fit);
-    return fit;
-  }
-
- private:
-  double channel_cost(const ElementModel& model, std::size_t c, double sigma) const {
-    const Eigen::HouseholderQR<Columns> qr(model.columns(sigma));
-    const Scatter q = qr.householderQ();
-    const auto rest = q.rightCols<kTileAmplitudes - 3>();
-    return (rest.transpose() * scatter_[c] * rest).trace();
-  }
-
-  static double square(double x) { return x * x; }
-
-  double prior(const ScreenWidths& widths, const std::array<double, 4>& sigma) const {
-    double sum = square((widths.red - kDufaycolorRedWidth) / kWidthPriorSd) +
-                 square((widths.green - kDufaycolorGreenLength) / kWidthPriorSd);
-    for (std::size_t c = 0; c < 3; ++c) sum += square((sigma[c] - kSigmaPriorPx) / kSigmaPriorSd);
-    if (n_channels_ == 4) sum += infrared_prior(sigma);
-    return sum;
-  }
-  static double infrared_prior(const std::array<double, 4>& sigma) {
-    return square((sigma[3] - kInfraredSofter * (sigma[0] + sigma[1] + sigma[2]) / 3) /
-                  kInfraredPriorSd);
-  }
-
-  double best_sigmas(const ScreenWidths& widths, std::array<double, 4>& sigma) const {
-    const ElementModel model(linear_, widths);
-    double total = square((widths.red - kDufaycolorRedWidth) / kWidthPriorSd) +
-                   square((widths.green - kDufaycolorGreenLength) / kWidthPriorSd);
-    for (std::size_t c = 0; c < n_channels_; ++c) {
-      total += minimise(
-          [&](double s) {
-            std::array<double, 4> trial = sigma;
-            trial[c] = s;
-            return channel_cost(model, c, s) +
-                   (c < 3 ? square((s - kSigmaPriorPx) / kSigmaPriorSd) : infrared_prior(trial));
-          },
-          sigma[c]);
-    }
-    return total;
-  }
-
-  template <typename Cost>
-  static double minimise(const Cost& cost, double& at) {
-    double best = 1e300;
-    for (double s = kLeastSigmaPx; s <= kMostSigmaPx; s *= 1.1) {
-      const double value = cost(s);
-      if (value < best) {
-        best = value;
-        at = s;
-      }
-    }
-    double low = std::max(at / 1.1, kLeastSigmaPx), high = std::min(at * 1.1, kMostSigmaPx);
-    constexpr double kGolden = 0.6180339887498949;
-    double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-    double cost_a = cost(a), cost_b = cost(b);
-    for (int i = 0; i < 18; ++i) {
-      if (cost_a < cost_b) {
-        high = b;
-        b = a;
-        cost_b = cost_a;
-        a = high - kGolden * (high - low);
-        cost_a = cost(a);
-      } else {
-        low = a;
-        a = b;
-        cost_a = cost_b;
-        b = low + kGolden * (high - low);
-        cost_b = cost(b);
-      }
-    }
-    at = 0.5 * (low + high);
-    return cost(at);
-  }
-
-  // Covariance from the curvature of chi-squared in all parameters together.
-  void uncertainty(SharpnessFit& fit) const {
-    const auto n = static_cast<int>(n_channels_) + 2;
-    const auto total = [&](const Eigen::VectorXd& x) {
-      const ScreenWidths widths{x(0), x(1)};
-      std::array<double, 4> sigma{};
-      for (int i = 2; i < n; ++i) sigma[static_cast<std::size_t>(i - 2)] = x(i);
-      const ElementModel model(linear_, widths);
-      double sum = prior(widths, sigma);
-      for (std::size_t c = 0; c < n_channels_; ++c) sum += channel_cost(model, c, sigma[c]);
-      return sum;
-    };
-    Eigen::VectorXd x(n);
-    x(0) = fit.widths.red;
-    x(1) = fit.widths.green;
-    for (int i = 2; i < n; ++i) x(i) = fit.sigma[static_cast<std::size_t>(i - 2)];
-    Eigen::MatrixXd hessian(n, n);
-    constexpr double kStep = 0.01;
-    for (int i = 0; i < n; ++i) {
-      for (int j = 0; j <= i; ++j) {
-        const auto moved = [&](double a, double b) {
-          Eigen::VectorXd y = x;
-          y(i) += a * kStep;
-          y(j) += b * kStep;
-          return total(y);
-        };
-        hessian(i, j) = hessian(j, i) =
-            (moved(1, 1) - moved(1, -1) - moved(-1, 1) + moved(-1, -1)) / (4 * kStep * kStep);
-      }
-    }
-    const Eigen::MatrixXd covariance = 2 * hessian.fullPivLu().inverse();
-    for (std::size_t c = 0; c < n_channels_; ++c) {
-      const double variance = covariance(static_cast<int>(c) + 2, static_cast<int>(c) + 2);
-      fit.sd[c] = variance > 0 && std::isfinite(variance) ? std::sqrt(variance) : kSigmaPriorSd;
-    }
-  }
-
-  Mat2 linear_;
-  std::size_t n_channels_;
-  std::vector<Scatter> scatter_;
-};
 
 // Light of each element in one channel of a tile (intensity x response), by least squares.
 Eigen::Vector3d element_light(const ScreenTile& tile, std::size_t channel, const Columns& a) {
@@ -469,23 +282,27 @@ double calmest_noise(const std::vector<ScreenTile>& tiles) {
   return *calm;
 }
 
-// Whether red differs, beside green, from what it is beside blue, more than this model of the
-// réseau allows: the mean over the picture of that alternation over the light, less its own error.
-double red_alternation(const std::vector<ScreenTile>& tiles, const ElementModel& model,
-                       const Mat2& linear, const ScreenWidths& widths, double sigma_px) {
+// Whether the line (red) differs, beside green, from what it is beside blue, more than this model
+// of the réseau allows: the mean over the picture of that alternation over the light, less its own
+// error.
+double line_alternation(const std::vector<ScreenTile>& tiles, const ElementModel& model,
+                        const Mat2& linear, const ScreenPattern& pattern, int line_color,
+                        double sigma_px) {
   using Modes = Eigen::Matrix<double, kTileAmplitudes, 4>;
-  const ScreenPattern pattern = ScreenPattern::dufaycolor(widths.red, widths.green);
   Modes modes;
   modes.leftCols<3>() = model.columns(sigma_px);
-  modes(0, 3) = 0.5 * (pattern.fourier(0, -1, 0) + pattern.fourier(0, 1, 0)).real();
+  modes(0, 3) =
+      0.5 * (pattern.fourier(line_color, -1, 0) + pattern.fourier(line_color, 1, 0)).real();
   const Mat2 t = linear.transposed();
   for (int i = 1; i < kTileAmplitudes; ++i) {
     const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
     const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
     const double otf =
         std::exp(-2 * std::numbers::pi * std::numbers::pi * sigma_px * sigma_px * dot(f, f));
-    modes(i, 3) = std::numbers::sqrt2 * otf * 0.5 *
-                  (pattern.fourier(0, h.u - 1, h.v) + pattern.fourier(0, h.u + 1, h.v)).real();
+    modes(i, 3) =
+        std::numbers::sqrt2 * otf * 0.5 *
+        (pattern.fourier(line_color, h.u - 1, h.v) + pattern.fourier(line_color, h.u + 1, h.v))
+            .real();
   }
   const Eigen::HouseholderQR<Modes> qr(modes);
   double sum = 0, squares = 0, weights = 0, squared_weights = 0;
@@ -523,8 +340,8 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
     result.field[c] = BlurSurface(kDefaultSigmaPx);
     result.report.sigma_range_px[c] = {kDefaultSigmaPx, kDefaultSigmaPx};
   }
-  result.report.red_width = kDufaycolorRedWidth;
-  result.report.green_length = kDufaycolorGreenLength;
+  result.printed = printed_screen(registration.screen);
+  if (result.printed.lines) result.report.widths = result.printed.usual;
 
   const MeasuredTiles measured = measure_tiles(source, registration, tone, stop);
   const std::vector<ScreenTile>& tiles = measured.tiles;
@@ -534,7 +351,8 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   result.noise_ratio = calmest_noise(tiles);
   const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
                     registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
-  const SharpnessFit fit = SharpnessProblem(linear, tiles, n_channels).solve();
+  const SharpnessFit fit = fit_sharpness(result.printed, linear, tiles, n_channels);
+  const PrintedScreen& printed = result.printed = fit.printed;
   double pooled = 0, pooled_weight = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     pooled += fit.sigma[c] / (fit.sd[c] * fit.sd[c]);
@@ -549,19 +367,20 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
     result.report.sigma_px[c] = own ? fit.sigma[c] : (c == 3 ? kInfraredSofter : 1.0) * pooled;
     result.report.sigma_sd_px[c] = fit.sd[c];
   }
-  result.report.red_width = fit.widths.red;
-  result.report.green_length = fit.widths.green;
-  const ElementModel model(linear, fit.widths);
+  if (printed.lines) result.report.widths = fit.widths;
+  const ScreenPattern pattern = printed.pattern(fit.widths);
+  const ElementModel model(linear, pattern);
   fit_field(
       measured, model, n_channels,
       {static_cast<double>(source.format().width_px), static_cast<double>(source.committed())},
       result);
-  result.red_alternation =
-      red_alternation(tiles, model, linear, fit.widths, result.report.sigma_px[infrared ? 3 : 1]);
+  if (printed.lines) {
+    result.line_alternation = line_alternation(tiles, model, linear, pattern, printed.colors[0],
+                                               result.report.sigma_px[infrared ? 3 : 1]);
+  }
   result.response = fit_response(tiles, model, result.report.sigma_px, infrared);
   if (!infrared) {
-    scale_to_clear(source, registration, tone, fit.widths.red, fit.widths.green, stop,
-                   result.response);
+    scale_to_clear(source, registration, tone, pattern, stop, result.response);
   }
   std::array<double, 3> weights{};
   if (silver_weights(result.response, weights)) result.silver_from_rgb = weights;

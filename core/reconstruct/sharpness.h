@@ -14,6 +14,7 @@ namespace reseau {
 
 struct Sharpness {
   SharpnessReport report;
+  PrintedScreen printed;
   // Refined with the measured blur; per unit silver, [element][channel].
   std::array<std::array<double, 3>, 3> response{};
   std::array<double, 3> silver_from_rgb{};
@@ -24,7 +25,7 @@ struct Sharpness {
   double noise_ratio = 0.003;
   // How much red beside green is found to differ from red beside blue (amplitude over the light),
   // which this model of a film does not allow; 0 where it does not stand out.
-  double red_alternation = 0;
+  double line_alternation = 0;
 };
 
 // Looks at up to some 200 tiles of the frame, whatever its size. The harmonics of the réseau in raw

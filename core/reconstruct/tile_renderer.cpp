@@ -84,34 +84,38 @@ TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const Pixel
                                            Vec2 origin, Vec2 lowest, Vec2 highest) const {
   Planes planes;
   const Vec2 room{kLatticeReach + 1.0, kLatticeReach + 1.0};
-  const InverseMapGrid pixel_of(settings_.map, settings_.silver_shift_px, rect, origin,
-                                lowest - room, highest + room);
+  const Vec2 from = lowest - room, to = highest + room;
+  const InverseMapGrid pixel_of(settings_.map, settings_.silver_shift_px, rect, origin, from, to);
   const PixelRect area = rect.grown(reach_of(settings_.map));
   for (std::size_t c = 0; c < 3; ++c) {
     const ElementLattice& lattice = settings_.pattern.lattices()[c];
-    const auto index = [](double s, double start, double step) {
-      return static_cast<int>(std::floor((s - start) / step));
-    };
+    Vec2 first{1e30, 1e30}, last{-1e30, -1e30};
+    for (const Vec2 s : {lowest, highest, Vec2{lowest.x, highest.y}, Vec2{highest.x, lowest.y}}) {
+      const Vec2 index = lattice.to_index * (s - lattice.origin);
+      first = {std::min(first.x, index.x), std::min(first.y, index.y)};
+      last = {std::max(last.x, index.x), std::max(last.y, index.y)};
+    }
+    const auto whole = [](double index) { return static_cast<int>(std::floor(index)); };
     Plane& plane = planes[c];
-    plane.first_i = index(lowest.x, lattice.origin.x, lattice.step.x) - kLatticeReach;
-    plane.first_j = index(lowest.y, lattice.origin.y, lattice.step.y) - kLatticeReach;
-    plane.n_i =
-        index(highest.x, lattice.origin.x, lattice.step.x) + kLatticeReach + 2 - plane.first_i;
-    plane.n_j =
-        index(highest.y, lattice.origin.y, lattice.step.y) + kLatticeReach + 2 - plane.first_j;
+    plane.first_i = whole(first.x) - kLatticeReach;
+    plane.first_j = whole(first.y) - kLatticeReach;
+    plane.n_i = whole(last.x) + kLatticeReach + 2 - plane.first_i;
+    plane.n_j = whole(last.y) + kLatticeReach + 2 - plane.first_j;
     plane.values.assign(static_cast<std::size_t>(plane.n_i) * static_cast<std::size_t>(plane.n_j),
                         0.0F);
-    const int n_sites = static_cast<int>(std::lround(1 / lattice.step.x));
+    const Mat2 from_index = lattice.to_index.inverse();
+    const std::size_t first_site = settings_.levels.first_site()[c];
     for (int j = 0; j < plane.n_j; ++j) {
       float* row = &plane.values[static_cast<std::size_t>(j) * static_cast<std::size_t>(plane.n_i)];
-      const double v = lattice.origin.y + (plane.first_j + j) * lattice.step.y;
       for (int i = 0; i < plane.n_i; ++i) {
-        const double u = lattice.origin.x + (plane.first_i + i) * lattice.step.x;
-        const Vec2 p = pixel_of.at({u, v});
+        const int at_i = plane.first_i + i, at_j = plane.first_j + j;
+        const Vec2 s = lattice.origin +
+                       from_index * Vec2{static_cast<double>(at_i), static_cast<double>(at_j)};
+        if (s.x < from.x || s.x > to.x || s.y < from.y || s.y > to.y) continue;
+        const Vec2 p = pixel_of.at(s);
         if (p.x < area.x0 || p.x > area.x1 || p.y < area.y0 || p.y > area.y1) continue;
-        const int site = ((plane.first_i + i) % n_sites + n_sites) % n_sites;
         row[i] =
-            element(silver, settings_.levels.first_site()[c] + static_cast<std::size_t>(site), p);
+            element(silver, first_site + static_cast<std::size_t>(lattice.site(at_i, at_j)), p);
       }
     }
   }
@@ -122,26 +126,29 @@ void TileRenderer::interpolate(const Planes& planes, const std::vector<ScreenPoi
                                float* out) const {
   const WeightTable& table = weight_table(settings_.quality);
   struct Lattice {
-    float scale_x, scale_y, start_x, start_y;
+    float x_of_u, x_of_v, start_x, y_of_u, y_of_v, start_y;
     const float* values;
     int n_i;
   };
   std::array<Lattice, 3> lattices;
   for (std::size_t c = 0; c < 3; ++c) {
     const ElementLattice& lattice = settings_.pattern.lattices()[c];
-    const auto scale_x = static_cast<float>(1 / lattice.step.x),
-               scale_y = static_cast<float>(1 / lattice.step.y);
-    lattices[c] = {scale_x,
-                   scale_y,
-                   static_cast<float>(-lattice.origin.x / lattice.step.x - planes[c].first_i),
-                   static_cast<float>(-lattice.origin.y / lattice.step.y - planes[c].first_j),
+    const Mat2& m = lattice.to_index;
+    const Vec2 start = m * lattice.origin;
+    lattices[c] = {static_cast<float>(m.a),
+                   static_cast<float>(m.b),
+                   static_cast<float>(-start.x - planes[c].first_i),
+                   static_cast<float>(m.c),
+                   static_cast<float>(m.d),
+                   static_cast<float>(-start.y - planes[c].first_j),
                    planes[c].values.data(),
                    planes[c].n_i};
   }
   for (const ScreenPoint& s : at) {
     for (std::size_t c = 0; c < 3; ++c) {
       const Lattice& l = lattices[c];
-      const float x = s.u * l.scale_x + l.start_x, y = s.v * l.scale_y + l.start_y;
+      const float x = s.u * l.x_of_u + s.v * l.x_of_v + l.start_x,
+                  y = s.u * l.y_of_u + s.v * l.y_of_v + l.start_y;
       const int i = static_cast<int>(x), j = static_cast<int>(y);  // both are positive
       const float* wx = table.at(x - static_cast<float>(i));
       const float* wy = table.at(y - static_cast<float>(j));

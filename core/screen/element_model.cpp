@@ -5,8 +5,7 @@
 
 namespace reseau {
 
-ElementModel::ElementModel(const Mat2& linear, const ScreenWidths& widths) {
-  const ScreenPattern pattern = ScreenPattern::dufaycolor(widths.red, widths.green);
+ElementModel::ElementModel(const Mat2& linear, const ScreenPattern& pattern) {
   const Mat2 t = linear.transposed();
   for (int k = 0; k < 3; ++k) sharp_(0, k) = pattern.area(k);
   for (int i = 1; i < kTileAmplitudes; ++i) {

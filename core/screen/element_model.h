@@ -14,10 +14,6 @@
 
 namespace reseau {
 
-struct ScreenWidths {
-  double red = kDufaycolorRedWidth, green = kDufaycolorGreenLength;  // [periods]
-};
-
 class ElementModel {
  public:
   // Mean, then kTileHarmonics times sqrt(2), so that the squared length is energy in the picture.
@@ -25,7 +21,7 @@ class ElementModel {
   using Columns = Eigen::Matrix<double, kTileAmplitudes, 3>;
 
   // linear: screen from scan [periods/px].
-  ElementModel(const Mat2& linear, const ScreenWidths& widths);
+  ElementModel(const Mat2& linear, const ScreenPattern& pattern);
   // Of a family of screens: column k is site k of the layout.
   ElementModel(const Mat2& linear, ScreenLayout layout);
   // Column k: the amplitudes of element k under a blur of sigma_px.

@@ -115,12 +115,15 @@ ScreenSizes usual_sizes(ScreenKind kind) {
   // Dufaycolor and Spicer-Dufay (sizes assumed): micrograph, Hubicka et al. 2025
   // (arXiv:2501.06216). The order of Spicer-Dufay: the same, note 3.
   constexpr Vec2 kDufay{49.6, 49.9};
-  constexpr double kDufayAxes = 89.4;
+  constexpr double kDufayAxes = 89.4, kDufayLine = 21.0 / 49.9, kDufayFirst = 22.7 / 49.6;
   switch (kind) {
     case ScreenKind::kDufaycolor:
+      break;
+    // The square that is the smaller in a Dufaycolor is the second here: red is the first kind
+    // wherever the lines are not red.
     case ScreenKind::kSpicerDufayBlue:
     case ScreenKind::kSpicerDufayGreen:
-      break;
+      return {kDufay, kDufayAxes, kDufayLine, 1 - kDufayFirst};
     // Shares on other micrographs, measured by Color-Screen; periods as above.
     case ScreenKind::kDufaycolorGawain:
       return from_shares(kDufay, kDufayAxes, 0.3745, 0.3058);
@@ -147,7 +150,7 @@ ScreenSizes usual_sizes(ScreenKind kind) {
     case ScreenKind::kWarnerPowrie:  // assumed
       return {{127, 127}};
   }
-  return {kDufay, kDufayAxes, 21.0 / 49.9, 22.7 / 49.6};
+  return {kDufay, kDufayAxes, kDufayLine, kDufayFirst};
 }
 
 ScreenDescription describe_screen(ScreenKind kind, const ScreenSizes& sizes) {
@@ -164,10 +167,10 @@ ScreenDescription describe_screen(ScreenKind kind, const ScreenSizes& sizes) {
       lines_and_squares(screen, {kRedElement, kGreenElement, kBlueElement});
       break;
     case ScreenKind::kSpicerDufayBlue:
-      lines_and_squares(screen, {kBlueElement, kGreenElement, kRedElement});
+      lines_and_squares(screen, {kBlueElement, kRedElement, kGreenElement});
       break;
     case ScreenKind::kSpicerDufayGreen:
-      lines_and_squares(screen, {kGreenElement, kBlueElement, kRedElement});
+      lines_and_squares(screen, {kGreenElement, kRedElement, kBlueElement});
       break;
     case ScreenKind::kDioptichrome:
       lines_and_squares(screen, {kGreenElement, kRedElement, kBlueElement});

@@ -16,8 +16,8 @@ enum class ScreenKind {
   kDufaycolorPenichon,    //
   kDufaycolorClyneColor,  //
   kDufaycolorClyneBw,     //
-  kSpicerDufayBlue,       // blue lines last, green and red squares
-  kSpicerDufayGreen,      // green lines last, blue and red squares
+  kSpicerDufayBlue,       // blue lines last, red and green squares
+  kSpicerDufayGreen,      // green lines last, red and blue squares
   kDioptichrome,          // green lines, red and blue squares
   kImprovedDioptichrome,  // blue lines, red and green squares
   kOmnicolore,            // the same

@@ -64,6 +64,48 @@ inline double process_delta_e(const std::array<double, 3>& a, const std::array<d
   return delta_e_2000(lab(a), lab(b));
 }
 
+struct PatchErrors {
+  double mean = 0, max = 0;
+  int n = 0;
+};
+
+// CIEDE2000 of the mean over squares whose true scene is flat, as is `margin` around them,
+// everywhere in the picture.
+inline PatchErrors flat_patches(
+    const MemorySink& sink, const std::function<std::array<double, 3>(double, double)>& process_rgb,
+    int side, int margin = 0) {
+  constexpr int kStep = 40, kBorder = 20;
+  PatchErrors result;
+  double sum = 0;
+  for (int y = kBorder; y + side < sink.height - kBorder; y += kStep) {
+    for (int x = kBorder; x + side < sink.width - kBorder; x += kStep) {
+      const auto middle = process_rgb(x + side / 2.0, y + side / 2.0);
+      std::array<double, 3> mean{};
+      bool flat = true;
+      int n = 0;
+      for (int b = -margin; b <= side + margin; b += 5) {
+        for (int a = -margin; a <= side + margin; a += 5) {
+          const auto value = process_rgb(x + a, y + b);
+          const bool inside = a >= 0 && b >= 0 && a <= side && b <= side;
+          if (inside) ++n;
+          for (std::size_t c = 0; c < 3; ++c) {
+            if (inside) mean[c] += value[c];
+            flat = flat && std::abs(value[c] - middle[c]) < 0.1;
+          }
+        }
+      }
+      if (!flat) continue;
+      for (double& value : mean) value /= n;
+      const double e = process_delta_e(sink.mean(x, y, x + side, y + side), mean);
+      sum += e;
+      result.max = std::max(result.max, e);
+      ++result.n;
+    }
+  }
+  result.mean = sum / std::max(result.n, 1);
+  return result;
+}
+
 using TrueScreen = std::function<std::array<double, 2>(double, double)>;
 
 // Rms distance [px] of a map from the truth over the frame, after the symmetries that the pattern

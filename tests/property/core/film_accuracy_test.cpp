@@ -39,33 +39,11 @@ Measured measure(const std::string& query) {
   test::MemorySink sink;
   (void)reconstruct(source, registration, options, sink, {}, {});
   EXPECT_TRUE(sink.ended);
-  // Squares of 12 x 12 elements or more whose true scene is flat to 1 %; for the chart its patches.
-  constexpr int kSide = 100, kStep = 40;
-  double sum = 0;
-  for (int y = 20; y + kSide < 780; y += kStep) {
-    for (int x = 20; x + kSide < 780; x += kStep) {
-      const auto middle = truth.process_rgb(x + kSide / 2.0, y + kSide / 2.0);
-      std::array<double, 3> mean{};
-      bool flat = true;
-      int n = 0;
-      for (int b = 0; b <= kSide; b += 5) {
-        for (int a = 0; a <= kSide; a += 5, ++n) {
-          const auto value = truth.process_rgb(x + a, y + b);
-          for (std::size_t c = 0; c < 3; ++c) {
-            mean[c] += value[c];
-            flat = flat && std::abs(value[c] - middle[c]) < 0.1;
-          }
-        }
-      }
-      if (!flat) continue;
-      for (double& value : mean) value /= n;
-      const double e = test::process_delta_e(sink.mean(x, y, x + kSide, y + kSide), mean);
-      sum += e;
-      result.delta_e_max = std::max(result.delta_e_max, e);
-      ++result.n_patches;
-    }
-  }
-  result.delta_e_mean = sum / std::max(result.n_patches, 1);
+  const test::PatchErrors patches = test::flat_patches(
+      sink, [&](double x, double y) { return truth.process_rgb(x, y); }, 100);
+  result.delta_e_mean = patches.mean;
+  result.delta_e_max = patches.max;
+  result.n_patches = patches.n;
   fmt::print("{}: registration {:.4f} px rms, patches dE00 {:.3f} mean {:.3f} max of {}\n", query,
              result.registration_px, result.delta_e_mean, result.delta_e_max, result.n_patches);
   return result;

@@ -1,4 +1,4 @@
-// Screens other than Dufaycolor on simulated film: found, named, and followed.
+// Screens other than Dufaycolor on simulated film: found, named, followed, and made into a picture.
 #include <array>
 #include <cmath>
 #include <string>
@@ -10,6 +10,7 @@
 #include "core/line/memory_line_source.h"
 #include "core/reconstruct/reconstruct.h"
 #include "drivers/sim/simulate.h"
+#include "tests/support/picture.h"
 
 namespace reseau {
 namespace {
@@ -48,7 +49,7 @@ struct OtherScreen {
 };
 
 void expect_found(const OtherScreen& screen) {
-  constexpr int kSide = 600;
+  constexpr int kSide = 800;
   const auto spec = sim::parse_sim_spec(
       fmt::format("ls5000?width_px={0}&height_px={0}&scene=chart&{1}", kSide, screen.film));
   const sim::SimulatedScan scan = sim::simulate_frame(spec);
@@ -61,9 +62,20 @@ void expect_found(const OtherScreen& screen) {
   EXPECT_TRUE(known) << screen.film << ": " << found.screen << " or " << found.runner_up;
   EXPECT_LT(found.none_probability, 0.1) << screen.film;
   const double off = distance_px(found.map, scan.truth, kSide);
-  fmt::print("{}: {} ({:.2f}), else {} ({:.2f}); {:.4f} px rms\n", screen.film, found.screen,
-             found.screen_probability, found.runner_up, found.runner_up_probability, off);
+  ReconstructOptions options;
+  options.white_level = spec.sensor.clear_level;
+  test::MemorySink sink;
+  (void)reconstruct(source, found, options, sink, {}, {});
+  const test::PatchErrors patches = test::flat_patches(
+      sink, [&](double x, double y) { return scan.truth.process_rgb(x, y); }, 50, 30);
+  fmt::print(
+      "{}: {} ({:.2f}), else {} ({:.2f}); {:.4f} px rms; patches {:.3f} mean {:.3f} max of {}\n",
+      screen.film, found.screen, found.screen_probability, found.runner_up,
+      found.runner_up_probability, off, patches.mean, patches.max, patches.n);
   EXPECT_LT(off, 0.02) << screen.film;
+  EXPECT_GE(patches.n, 5) << screen.film;
+  EXPECT_LT(patches.mean, 0.3) << screen.film;
+  EXPECT_LT(patches.max, 1.0) << screen.film;
 }
 
 TEST(OtherScreens, GreenLines) {
@@ -71,6 +83,9 @@ TEST(OtherScreens, GreenLines) {
 }
 TEST(OtherScreens, BlueLines) {
   expect_found({"screen=omnicolore&angle=-35", {"omnicolore", "improved-dioptichrome-b"}});
+}
+TEST(OtherScreens, SpicerDufay) {
+  expect_found({"screen=spicer-dufay-blue&angle=40", {"spicer-dufay-blue"}});
 }
 TEST(OtherScreens, SquaresOfTwoSizes) {
   expect_found({"screen=finlay&angle=20", {"finlay", "thames"}});

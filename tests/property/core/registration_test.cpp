@@ -170,6 +170,19 @@ TEST_P(ReconstructionBytes, AreTheSameForAnyThreadsAndAnyChunks) {
 INSTANTIATE_TEST_SUITE_P(Qualities, ReconstructionBytes,
                          testing::Values(Quality::kStandard, Quality::kBest));
 
+// The factors on red, green and blue that bring `found` nearest to `truths`.
+void balance(std::vector<std::array<double, 3>>& found,
+             const std::vector<std::array<double, 3>>& truths) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    double product = 0, square = 0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      product += found[i][k] * truths[i][k];
+      square += found[i][k] * found[i][k];
+    }
+    for (auto& rgb : found) rgb[k] *= product / square;
+  }
+}
+
 TEST(Reconstruction, PatchesComeBackAtSeveralBlursAndWithoutInfrared) {
   struct Case {
     double blur, ir_blur, bound;
@@ -179,7 +192,7 @@ TEST(Reconstruction, PatchesComeBackAtSeveralBlursAndWithoutInfrared) {
                         {0.6, 0.9, 0.3, true},
                         {1.0, 1.0, 0.4, true},
                         {1.5, 1.5, 1.0, true},
-                        {0.6, 0.6, 3.0, false}}) {
+                        {0.6, 0.6, 0.5, false}}) {
     test::SyntheticScan scan = base();
     scan.blur_px = c.blur;
     scan.ir_blur_px = c.ir_blur;
@@ -191,14 +204,20 @@ TEST(Reconstruction, PatchesComeBackAtSeveralBlursAndWithoutInfrared) {
     options.white_level = scan.exposure;
     test::MemorySink sink;
     const ReconstructionReport report = reconstruct(source, registration, options, sink, {}, {});
-    double sum = 0;
-    int n = 0;
+    std::vector<std::array<double, 3>> found, truths;
     for (int j = 0; j < 7; ++j) {
-      for (int i = 0; i < 6; ++i, ++n) {
-        sum += test::process_delta_e(sink.mean(80 * i + 18, 80 * j + 18, 80 * i + 61, 80 * j + 61),
-                                     patches(80 * i + 40, 80 * j + 40));
+      for (int i = 0; i < 6; ++i) {
+        found.push_back(sink.mean(80 * i + 18, 80 * j + 18, 80 * i + 61, 80 * j + 61));
+        truths.push_back(patches(80 * i + 40, 80 * j + 40));
       }
     }
+    // Without infrared nothing in a picture of patches says how bright clear film is: after white
+    // balance.
+    if (!c.infrared) balance(found, truths);
+    const auto n = static_cast<int>(found.size());
+    double sum = 0;
+    for (std::size_t i = 0; i < found.size(); ++i)
+      sum += test::process_delta_e(found[i], truths[i]);
     const double truth = std::sqrt(c.blur * c.blur + 1.0 / 12);
     fmt::print("blur {} infrared {}: dE00 mean {:.3f}, sigma {:.3f} {:.3f} {:.3f} {:.3f}\n", c.blur,
                c.infrared ? c.ir_blur : 0, sum / n, report.sharpness.sigma_px[0],

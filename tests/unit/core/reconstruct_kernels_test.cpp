@@ -109,7 +109,7 @@ TEST(ElementKernels, AnAlternationThatIsNotThePicturesIsNotFollowed) {
   settings.noise_sd = 0.05;
   settings.least_sigma_px = settings.most_sigma_px = 0.9;
   const BlurLevels open(ScreenPattern::dufaycolor(), settings);
-  settings.red_alternation_sd = 1;
+  settings.line_alternation_sd = 1;
   const BlurLevels blind(ScreenPattern::dufaycolor(), settings);
   const BlurredCell& cell = open.levels().front().cell;
   const auto alternation = [&cell](Vec2 s) {
