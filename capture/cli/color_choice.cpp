@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "capture/cli/failure.h"
 #include "capture/color/primaries_file.h"
 #include "core/base/error.h"
 
@@ -46,7 +47,7 @@ void ColorChoice::add_to(CLI::App& app, bool with_primaries, bool with_space) {
   app.add_option("--balance", balance, "none, brightness, neutral (default) or bradford")
       ->group(group);
   app.add_option("--light,--illuminant", light,
-                 "Light behind the film: A B C D50 D55 D65 (default) D75 E, 5500K, planck:2856")
+                 "Light behind the film: A B C D50 D55 D65 (default) D75 E, 3200K, planck:5000")
       ->group(group);
   app.add_option("--areas", areas, "Areas of the elements: 42,27,31 or a screen of 'colour list'")
       ->group(group);
@@ -72,12 +73,17 @@ ColorRecipe ColorChoice::resolve(Reporter& reporter) const {
   recipe.viewing.dyes.density = parse_triple(dye_density, "--dye-density");
   recipe.viewing.dyes.fading = parse_triple(dye_fading, "--dye-fading");
   recipe.white_balance = parse_triple(white_balance, "--white-balance");
-  if (!primaries.empty()) recipe.primaries = load_primary_set(primaries);
-  // Fails now for colours that cannot be.
-  static_cast<void>(make_color_model(recipe));
+  if (!primaries.empty()) {
+    const Doing doing =
+        names_primaries_file(primaries) ? Doing::kReadingInput : Doing::kReadingOptions;
+    recipe.primaries = as_failure(doing, [&] { return load_primary_set(primaries); });
+  }
+  // What was assumed stands before what may be wrong because of it.
   for (const std::string& note : recipe.primaries.notes) {
     reporter.note(recipe.primaries.name + ": " + note);
   }
+  // Fails now for colours that cannot be.
+  static_cast<void>(make_color_model(recipe));
   return recipe;
 }
 

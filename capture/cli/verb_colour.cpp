@@ -76,7 +76,8 @@ ExitCode list_colours(Work& work) {
     reporter.result_line(fmt::format("  {:<34}{:.5f} {:.5f}", word, xy[0], xy[1]));
     json["lights"].push_back({{"name", word}, {"xy", {xy[0], xy[1]}}});
   }
-  reporter.result_line("  5500K (daylight, 4000 to 25000 K), planck:2856 (1000 to 25000 K)");
+  reporter.result_line(
+      "  3200K (black body below 4000 K), 5500K (daylight to 25000 K), planck:5000 (black body)");
   std::string spaces;
   for (const std::string& word : output_space_words())
     spaces += (spaces.empty() ? "" : ", ") + word;
@@ -116,9 +117,9 @@ class Sheet {
                                  viewing.step == SummationStep::k1nm ? 1 : 5));
     const std::string source = first_line(recipe_.primaries.source);
     if (!source.empty()) lines_.push_back(source);
-    if (recipe_.primaries.stated && recipe_.primaries.stated->illuminant) {
-      lines_.push_back(fmt::format("stated for illuminant {}, adapted to the light ({})",
-                                   light_of(*recipe_.primaries.stated->illuminant).name,
+    if (recipe_.primaries.stated && recipe_.primaries.stated->light) {
+      lines_.push_back(fmt::format("stated for {}, adapted to the light ({})",
+                                   recipe_.primaries.stated->light->name,
                                    json_["adaptation"].get<std::string>()));
     }
     lines_.push_back("           x        y        Y %     dominant wavelength");

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/cli/color_choice.h"
+#include "capture/cli/failure.h"
 #include "capture/cli/verb_colour.h"
 #include "capture/color/color_record.h"
 #include "capture/color/primaries_file.h"
@@ -60,7 +61,8 @@ DifferenceConvention convention_of(const ColourCompareArguments& options) {
 
 std::vector<Vector3> colors_of(const std::string& word) {
   const bool file = word.find('/') != std::string::npos || word.ends_with(".csv");
-  return file ? load_intensities(word) : stated_colors(word);
+  if (!file) return stated_colors(word);
+  return as_failure(Doing::kReadingInput, [&] { return load_intensities(word); });
 }
 
 Table make_table(const ColourCompareArguments& options, Reporter& reporter) {
@@ -101,21 +103,19 @@ void print_text(const Table& table, const ColourCompareArguments& options, Repor
       "left out{}",
       table.intensities.size(), options.colors, options.color.balance, options.color.light,
       options.lab_white, options.drop_percent, options.clamp ? ", XYZ clamped to 0..1" : ""));
-  std::size_t width = 8;
+  std::size_t width = 9;
   for (const std::string& name : table.names) width = std::max(width, name.size() + 2);
   std::size_t at = 0;
-  for (std::size_t a = 1; a < table.names.size(); ++a) {
-    std::string line = fmt::format("{:<{}}", table.names[a], width);
+  for (std::size_t a = 0; a < table.names.size(); ++a) {
+    std::string line = fmt::format("{:>2} {:<{}}", a + 1, table.names[a], width);
     for (std::size_t b = 0; b < a; ++b) {
       const DeltaESummary& d = table.pairs[at++].difference;
       line += fmt::format("{:>16}", fmt::format("{:.2f} / {:.2f}", d.mean, d.max));
     }
     reporter.result_line(line);
   }
-  std::string below = fmt::format("{:<{}}", "against", width);
-  for (std::size_t b = 0; b + 1 < table.names.size(); ++b) {
-    below += fmt::format("{:>16}", table.names[b].substr(0, 15));
-  }
+  std::string below = fmt::format("{:<{}}", "against", width + 3);
+  for (std::size_t b = 0; b + 1 < table.names.size(); ++b) below += fmt::format("{:>16}", b + 1);
   reporter.result_line(below);
 }
 

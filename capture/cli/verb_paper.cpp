@@ -32,6 +32,7 @@ constexpr int kBorder_px = 100, kEvery = 4;
 struct PaperArguments {
   std::string output = "paper";
   ReadChoice scan;
+  std::string quality = "best";
   double white_level = 1, black_level = kPaperBlack, blur_px = kPaperBlur_px;
 };
 
@@ -87,6 +88,7 @@ PaperReport report_of_scan(const PaperArguments& options, Work& work) {
   ReconstructOptions own;
   own.tone = scan.tone;
   own.white_level = options.white_level;
+  own.quality = parse_quality(options.quality);
   ReconstructOptions as_compared = own;
   as_compared.black_level = options.black_level;
   as_compared.blur_px = options.blur_px;
@@ -94,9 +96,10 @@ PaperReport report_of_scan(const PaperArguments& options, Work& work) {
   return paper_of_scan(
       intensities_of(scan, registration, as_compared, file, stop),
       intensities_of(scan, registration, own, file, stop),
-      fmt::format("blur {} px and black {}, by default those of the parameter file of "
-                  "Color-Screen's crop; below, the blur that the scan shows, and no black level",
-                  options.blur_px, options.black_level));
+      fmt::format("quality {}, blur {} px and black {}, the two by default those of the parameter "
+                  "file of Color-Screen's crop; below, the blur that the scan shows, and no black "
+                  "level",
+                  options.quality, options.blur_px, options.black_level));
 }
 
 void write_png(const std::filesystem::path& path, const std::string& set) {
@@ -181,6 +184,9 @@ void add_paper(Program& program) {
       ->group("Scan");
   app->add_option("--gamma", options->scan.gamma,
                   "Encoding gamma of the scan; overrides an embedded profile")
+      ->group("Scan");
+  app->add_option("--quality", options->quality,
+                  "Of the reconstruction: draft, standard or best (default)")
       ->group("Scan");
   app->add_option("--white", options->white_level,
                   "Linear value of clear film in the scan, 1 = full scale (default 1)")

@@ -17,8 +17,19 @@ constexpr std::array<const char*, 3> kElementNames{"red", "green", "blue"};
 constexpr std::array<const char*, 3> kElementColors{"#c62828", "#2e7d32", "#1e4fbf"};
 constexpr std::array<const char*, 8> kSetColors{"#000000", "#c62828", "#1e4fbf", "#2e7d32",
                                                 "#ef6c00", "#6a1b9a", "#00838f", "#795548"};
-// Names stand under the curves in four columns, three rows or more.
-std::size_t name_rows(std::size_t n_curves) { return std::max<std::size_t>(3, (n_curves + 3) / 4); }
+// Names stand under the curves in four columns.
+std::size_t name_rows(std::size_t n_names) { return (n_names + 3) / 4; }
+
+// Curves of one name have one entry below.
+std::vector<TransmittanceCurve> named_curves(const std::vector<TransmittanceCurve>& curves) {
+  std::vector<TransmittanceCurve> named;
+  for (const TransmittanceCurve& curve : curves) {
+    const bool there = std::any_of(named.begin(), named.end(),
+                                   [&](const auto& other) { return other.name == curve.name; });
+    if (!there) named.push_back(curve);
+  }
+  return named;
+}
 
 // The angle of the first printing to the edge of the film (Hubicka et al. 2025).
 constexpr double kPrintingAngle_deg = 23;
@@ -104,11 +115,11 @@ void draw_curves(SvgPage& page, Vec2 corner, const std::string& title,
   const PlotArea area(corner + Vec2{55, 50}, 480, 450, {380, 0}, {780, 100});
   page.text(corner + Vec2{55, 22}, title, 13);
   area.draw_axes(page, {40, 10}, 0, "wavelength [nm]", "transmittance [%]");
-  const std::size_t n_rows = name_rows(curves.size());
-  for (std::size_t i = 0; i < curves.size(); ++i) {
-    const TransmittanceCurve& curve = curves[i];
-    draw_curve(page, area, curve);
-    // Names run down the columns: the elements of one source stand under each other.
+  for (const TransmittanceCurve& curve : curves) draw_curve(page, area, curve);
+  const std::vector<TransmittanceCurve> named = named_curves(curves);
+  const std::size_t n_rows = name_rows(named.size());
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    const TransmittanceCurve& curve = named[i];
     const std::size_t row = i % n_rows, name_column = i / n_rows;
     const Vec2 at = corner + Vec2{20 + 137 * static_cast<double>(name_column),
                                   548 + 14 * static_cast<double>(row)};
@@ -155,7 +166,7 @@ std::string chromaticity_svg(const std::string& title,
 
 std::string transmittance_svg(const std::string& title,
                               const std::vector<TransmittanceCurve>& curves) {
-  SvgPage page(570, 556 + 14 * static_cast<double>(name_rows(curves.size())));
+  SvgPage page(570, 556 + 14 * static_cast<double>(name_rows(named_curves(curves).size())));
   draw_curves(page, {0, 0}, title, curves);
   return page.str();
 }

@@ -14,12 +14,16 @@
 namespace reseau {
 namespace {
 
+// In place of a published figure where there is none.
+constexpr double kNotPublished = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<const char*, 3> kElements{"red", "green", "blue"};
 constexpr const char* kTab1 = "cornwell-clyne-1951-tab1";
 constexpr const char* kTab2 = "hubicka-2025";
 // In the order and the colours of Fig. 2.
 constexpr std::array<const char*, 4> kSpectra{"harrison-horner-1939", "cornwell-clyne-1951",
                                               "collins-giles-1952", "neblette-1952"};
+// The printed columns of dominant wavelengths.
+constexpr std::array<double, 3> kTab1_nm{601.7, 549.6, 466.0}, kTab2_nm{601.7, 534.8, 466.0};
 constexpr std::array<const char*, 4> kFig2Colors{"#2e7d32", "#c62828", "#1e4fbf", "#000000"};
 
 void add_areas(PaperReport& report) {
@@ -81,20 +85,42 @@ void add_wavelength_limit(PaperReport& report, std::size_t element, const NamedW
   }
 }
 
+constexpr double kSearch_from = 0.25, kSearch_to = 0.47, kSearch_step = 0.005;
+
+// The white about which the worst of the three wavelengths of Tab. 1 deviates least, and by what.
+std::pair<Chromaticity, double> best_white_of_tab1() {
+  std::pair<Chromaticity, double> best{{}, std::numeric_limits<double>::infinity()};
+  const int steps = static_cast<int>(std::lround((kSearch_to - kSearch_from) / kSearch_step));
+  for (int i = 0; i <= steps; ++i) {
+    for (int j = 0; j <= steps; ++j) {
+      const Chromaticity white{kSearch_from + i * kSearch_step, kSearch_from + j * kSearch_step};
+      double worst = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        // A purple has none, and then this white is no candidate.
+        const double nm = wavelength(kTab1, k, white, observer_5nm());
+        worst = std::isfinite(nm) ? std::max(worst, std::abs(nm - kTab1_nm[k]))
+                                  : std::numeric_limits<double>::infinity();
+        if (!std::isfinite(nm)) break;
+      }
+      if (worst < best.second) best = {white, worst};
+    }
+  }
+  return best;
+}
+
 void add_tab1(PaperReport& report) {
-  constexpr std::array<double, 3> kPublished{601.7, 549.6, 466.0};
   constexpr std::array<const char*, 3> kRemarks{
       "",
-      "does not recompute under any white: the printed x, y give 533 to 536. The same author's "
-      "green "
-      "curve (p. 149) gives 549.3 about E, so this column may describe another green",
+      "does not recompute under any white near grey: the printed x, y give 533 to 536. The same "
+      "author's green curve (p. 149) gives 549.3 about E, so this column may describe another "
+      "green",
       "does not recompute under any white near grey from the printed x = 0.14; with 0.164 (Tab. 2) "
       "it does"};
   for (std::size_t i = 0; i < 3; ++i) {
     for (const NamedWhite& white : whites()) {
       report.figures.push_back(
           {"tab1", fmt::format("dominant wavelength of {} about {} [nm]", kElements[i], white.name),
-           wavelength(kTab1, i, white.xy, observer_5nm()), kPublished[i], "", true, kRemarks[i]});
+           wavelength(kTab1, i, white.xy, observer_5nm()), kTab1_nm[i], "", true, kRemarks[i]});
     }
   }
   const Observer& observer = observer_5nm();
@@ -104,6 +130,13 @@ void add_tab1(PaperReport& report) {
                             "dominant wavelength of Cornwell-Clyne's green curve under E [nm]",
                             dominant_wavelength_nm(chromaticity_of(curve), e, observer).value_or(0),
                             549.6, "", true, "an observation, not a correction"});
+  const auto [white, miss] = best_white_of_tab1();
+  report.figures.push_back(
+      {"tab1", "smallest deviation that one white leaves to all three wavelengths [nm]", miss,
+       kNotPublished, "", true,
+       fmt::format("whites of x and y from {} to {} in steps of {}, the best at {:.3f}, {:.3f}: no "
+                   "white makes the two columns of this table one",
+                   kSearch_from, kSearch_to, kSearch_step, white[0], white[1])});
 }
 
 // ΔE2000 between the réseau and a white of the same luminance.
@@ -119,11 +152,11 @@ void add_tab2(PaperReport& report) {
   add_wavelength_limit(report, 1, all[4], 534.8, 534.8, 0.1);
   add_wavelength_limit(report, 1, all[0], 534.8, 534.5, 0.1);
   add_wavelength_limit(report, 2, all[0], 466.0, 466.0, 0.4);
-  constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
   report.figures.push_back({"tab1", "cast of the réseau, ΔE2000 to white at equal Y",
-                            cast_of(kTab1), kNothing, "", true, "the text calls it greenish"});
+                            cast_of(kTab1), kNotPublished, "", true, "the text calls it greenish"});
   report.figures.push_back({"tab2", "cast of the réseau, ΔE2000 to white at equal Y",
-                            cast_of(kTab2), kNothing, "", true, "the text calls it more neutral"});
+                            cast_of(kTab2), kNotPublished, "", true,
+                            "the text calls it more neutral"});
 }
 
 std::string primaries_csv() {
@@ -146,14 +179,18 @@ std::string primaries_csv() {
 }
 
 // As printed, with the wavelengths that come out about each white.
-std::string stated_csv(const char* set, const std::array<const char*, 3>& published_nm) {
+std::string stated_csv(const char* set, const std::array<double, 3>& published_nm) {
   const StatedColors& stated = find_primary_set(set).stated.value();
-  std::string text = "element,x,y,Y_percent,published_nm,E_nm,B_nm,C_nm,D65_nm,x033_y033_nm\n";
+  std::string text =
+      "element,x,y,Y_percent,published_nm,E_nm,E_deviation_nm,B_nm,C_nm,D65_nm,x033_y033_nm\n";
   for (std::size_t i = 0; i < 3; ++i) {
-    text += fmt::format("{},{},{},{:.1f},{}", kElements[i], stated.xy[i][0], stated.xy[i][1],
+    text += fmt::format("{},{},{},{:.1f},{:.1f}", kElements[i], stated.xy[i][0], stated.xy[i][1],
                         100 * stated.luminance.value()[i], published_nm[i]);
     for (const NamedWhite& white : whites()) {
-      text += fmt::format(",{:.2f}", wavelength(set, i, white.xy, observer_5nm()));
+      const double nm = wavelength(set, i, white.xy, observer_5nm());
+      text += fmt::format(",{:.2f}", nm);
+      if (white.name == std::string_view("E"))
+        text += fmt::format(",{:+.2f}", nm - published_nm[i]);
     }
     text += "\n";
   }
@@ -175,7 +212,7 @@ void add_plots(PaperReport& report) {
         {"transmittance_" + set.name + ".svg", transmittance_svg(set.name, curves)});
     for (const TransmittanceCurve& curve : curves) {
       TransmittanceCurve named = curve;
-      named.name = set.name + " " + curve.name;
+      named.name = set.name;
       named.color = kFig2Colors[i];
       all.push_back(named);
     }
@@ -222,8 +259,8 @@ PaperReport make_paper() {
   add_tab2(report);
   add_difference_tables(report);
   add_claims(report);
-  report.files.push_back({"tab1.csv", stated_csv(kTab1, {"601.7", "549.6", "466.0"})});
-  report.files.push_back({"tab2.csv", stated_csv(kTab2, {"601.7", "534.8", "466.0"})});
+  report.files.push_back({"tab1.csv", stated_csv(kTab1, kTab1_nm)});
+  report.files.push_back({"tab2.csv", stated_csv(kTab2, kTab2_nm)});
   report.files.push_back({"primaries.csv", primaries_csv()});
   add_plots(report);
   return report;

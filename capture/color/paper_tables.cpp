@@ -14,6 +14,8 @@ namespace reseau {
 namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* kTableHead =
+    "photograph,a,b,mean,published_mean,mean_deviation,max,published_max,max_deviation\n";
 constexpr const char* kCornwellClyne = "cornwell-clyne-1951-tab1";
 
 struct Pair {
@@ -80,8 +82,9 @@ struct TableLimits {
 std::string csv_of(const std::vector<Pair>& pairs, const char* photograph) {
   std::string text;
   for (const Pair& pair : pairs) {
-    text += fmt::format("{},{},{},{:.4f},{},{:.4f},{}\n", photograph, pair.a, pair.b,
-                        pair.ours.mean, pair.mean, pair.ours.max, pair.max);
+    text += fmt::format("{},{},{},{:.4f},{},{:+.4f},{:.4f},{},{:+.4f}\n", photograph, pair.a,
+                        pair.b, pair.ours.mean, pair.mean, pair.ours.mean - pair.mean,
+                        pair.ours.max, pair.max, pair.ours.max - pair.max);
   }
   return text;
 }
@@ -222,7 +225,7 @@ void add_scan(PaperReport& report, const char* part, const std::string& file_pre
   against_paper(figures, fig6, "Tab. 4, Fig. 6", 0.90);
   against_paper(figures, fig3, "Tab. 4, Fig. 3", 0.80);
   add_orders(figures, brightness, fig6);
-  const std::string head = "photograph,a,b,mean,published_mean,max,published_max\n";
+  const std::string head = kTableHead;
   report.files.push_back({file_prefix + "_tab3.csv", head + csv_of(brightness, "fig3")});
   report.files.push_back(
       {file_prefix + "_tab4.csv", head + csv_of(fig3, "fig3") + csv_of(fig6, "fig6")});
@@ -231,7 +234,7 @@ void add_scan(PaperReport& report, const char* part, const std::string& file_pre
 }  // namespace
 
 void add_difference_tables(PaperReport& report) {
-  const std::string head = "photograph,a,b,mean,published_mean,max,published_max\n";
+  const std::string head = kTableHead;
   const std::string tab3 =
       add_table(report, {"tab3", "green", "fig3", "brightness", 0.10, 0.05, 0.99});
   std::string tab4 = add_table(report, {"tab4", "green", "fig3", "neutral", 0.20, 0.20, 0.95});

@@ -48,6 +48,10 @@ bool exists(const std::string& path) {
   return std::filesystem::exists(path, ignored);
 }
 
+bool looks_like_a_path(const std::string& word) {
+  return word.find('/') != std::string::npos || word.ends_with(".csv") || word.ends_with(".txt");
+}
+
 PrimarySet only_set(const std::string& path, const std::string& wanted) {
   auto sets = of_file(path, [&](const std::string& text) {
     return parse_primary_sets(text, std::filesystem::path(path).filename().string(),
@@ -67,6 +71,12 @@ PrimarySet only_set(const std::string& path, const std::string& wanted) {
 
 }  // namespace
 
+bool names_primaries_file(const std::string& word) {
+  const auto names = primary_set_names();
+  if (std::find(names.begin(), names.end(), word) != names.end()) return false;
+  return exists(word) || exists(word.substr(0, word.rfind('#'))) || looks_like_a_path(word);
+}
+
 PrimarySet load_primary_set(const std::string& word) {
   const auto names = primary_set_names();
   if (std::find(names.begin(), names.end(), word) != names.end()) return find_primary_set(word);
@@ -75,7 +85,7 @@ PrimarySet load_primary_set(const std::string& word) {
   if (hash != std::string::npos && exists(word.substr(0, hash))) {
     return only_set(word.substr(0, hash), word.substr(hash + 1));
   }
-  if (word.find('/') != std::string::npos || word.ends_with(".csv") || word.ends_with(".txt")) {
+  if (looks_like_a_path(word)) {
     throw InputError("There is no file '" + word + "'; check the path.");
   }
   return find_primary_set(word);  // says which there are

@@ -7,6 +7,9 @@
 
 namespace reseau {
 
+// Whether a word means a file rather than a built-in set.
+[[nodiscard]] bool names_primaries_file(const std::string& word);
+
 // What `--primaries` may be: the name of a built-in set; a CSV file of spectra or of x, y, Y
 // (core/color/README.md says how it looks); or FILE#SET where a file holds several. InputError, a
 // sentence that names the file, for anything else. Thread-safe.

@@ -113,6 +113,10 @@ CsvText parse_color_csv(std::string_view text) {
       }
       continue;
     }
+    if (separator == ',' && line.find(';') != std::string_view::npos) {
+      throw InputError(at_line(number) +
+                       " has semicolons and the header commas; separate all fields alike.");
+    }
     CsvLine row{number, fields_of(separator == '\t' ? raw : line, separator)};
     if (row.fields.size() != table.columns.size()) {
       throw InputError(at_line(number) + " has " + std::to_string(row.fields.size()) +
@@ -135,12 +139,17 @@ CsvText parse_color_csv(std::string_view text) {
   }
   for (auto i = table.columns.begin(); i != table.columns.end(); ++i) {
     if (!i->empty() && std::find(table.columns.begin(), i, *i) != i) {
-      throw InputError("The table has two columns called '" + *i + "'; rename one.");
+      throw InputError("The table has two columns called " + csv_quoted(*i) + "; rename one.");
     }
   }
   if (table.decimal_comma)
     table.notes.emplace_back("Commas in numbers are taken as decimal points.");
   return table;
+}
+
+std::string csv_quoted(std::string_view text) {
+  constexpr std::size_t kLongest = 40;
+  return "'" + std::string(text.substr(0, kLongest)) + (text.size() > kLongest ? "…'" : "'");
 }
 
 double csv_number(const std::string& field, bool decimal_comma, int line, std::string_view where) {
@@ -158,12 +167,12 @@ double csv_number(const std::string& field, bool decimal_comma, int line, std::s
                      "; fill it in or leave the row out.");
   }
   if (mixed) {
-    throw InputError(at_line(line) + ": '" + field + "' for " + std::string(where) +
+    throw InputError(at_line(line) + ": " + csv_quoted(field) + " for " + std::string(where) +
                      " has a point and a comma; write numbers without marks between thousands.");
   }
   if (error != std::errc() || end != last || !std::isfinite(value)) {
-    throw InputError(at_line(line) + ": '" + field + "' is no number for " + std::string(where) +
-                     "; write it like 12.5.");
+    throw InputError(at_line(line) + ": " + csv_quoted(field) + " is no number for " +
+                     std::string(where) + "; write it like 12.5.");
   }
   return value;
 }

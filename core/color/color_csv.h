@@ -33,6 +33,9 @@ struct CsvText {
 // fields than the header.
 [[nodiscard]] CsvText parse_color_csv(std::string_view text);
 
+// The text in quotes, cut where it is too long for a message.
+[[nodiscard]] std::string csv_quoted(std::string_view text);
+
 // A finite number, whatever the locale of the machine. `where` says what it is, for the message.
 // InputError for anything else, an empty field and NaN included.
 [[nodiscard]] double csv_number(const std::string& field, bool decimal_comma, int line,

@@ -10,6 +10,8 @@ namespace {
 
 // Nominal daylight temperatures stem from an older value of the constant c2 (CIE 15:2018, 3.1).
 constexpr double kNominalToTrue = 1.4388 / 1.4380;
+// A bare temperature below this is a black body: daylight is not defined there.
+constexpr double kCoolestDaylight_k = 4000;
 
 // What lies within 380..780 nm, as far as the tables of lights reach.
 Observer visible_part(const Observer& whole) {
@@ -27,8 +29,9 @@ Observer visible_part(const Observer& whole) {
 
 [[noreturn]] void throw_unknown(std::string_view word) {
   throw InputError("There is no light '" + std::string(word) +
-                   "'; use A, B, C, D50, D55, D65, D75 or E, a daylight such as 5500K (4000 to "
-                   "25000 K), or a black body such as planck:2856 (1000 to 25000 K).");
+                   "'; use A, B, C, D50, D55, D65, D75 or E, a temperature from 1000 K, such as "
+                   "3200K (below 4000 K a black body, from there to 25000 K daylight), or a black "
+                   "body of any temperature as planck:5000.");
 }
 
 double temperature(std::string_view text, std::string_view word) {
@@ -70,7 +73,7 @@ Light daylight(double temperature_k) {
 
 Light planckian(double temperature_k) {
   if (!(temperature_k >= 1000 && temperature_k <= 25000)) {
-    throw InputError("A black body is taken from 1000 K to 25000 K; choose a temperature between.");
+    throw InputError("Lights are taken from 1000 K to 25000 K; choose a temperature between.");
   }
   constexpr double kC2NmK = 1.4388e7;  // CIE 15:2018
   const auto radiance = [temperature_k](double nm) {
@@ -100,7 +103,8 @@ Light parse_light(std::string_view word) {
     light.name = word;
     return light;
   }
-  return daylight(temperature(word, word));
+  const double temperature_k = temperature(word, word);
+  return temperature_k < kCoolestDaylight_k ? planckian(temperature_k) : daylight(temperature_k);
 }
 
 Spectrum power_on(const Light& light, const WavelengthGrid& grid) {

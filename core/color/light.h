@@ -24,7 +24,9 @@ enum class SummationStep { k5nm, k1nm };
 [[nodiscard]] Light daylight(double temperature_k);
 // Black body of 1000..25000 K (Planck's law, c2 = 1.4388e-2 m K), 100 at 560 nm. InputError beyond.
 [[nodiscard]] Light planckian(double temperature_k);
-// "A" "B" "C" "D50" "D65" "E"; "D55" and other nominal daylights; "5500K" daylight; "planck:2856".
+// "A" "B" "C" "D50" "D65" "E"; "D55" and other nominal daylights; a temperature, "3200K" or
+// "5500K": a black body below 4000 K, daylight from there; "planck:2856", "daylight:5500".
+// InputError else.
 [[nodiscard]] Light parse_light(std::string_view word);
 
 // Its power on the observer's grid (linear between the tabulated wavelengths), and its white, Y

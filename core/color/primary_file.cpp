@@ -16,7 +16,7 @@ constexpr std::array<const char*, 3> kElements{"red", "green", "blue"};
 constexpr double kMustBeginBy_nm = 420, kMustReach_nm = 660;
 constexpr double kShouldBeginBy_nm = 405, kShouldReach_nm = 695;
 // Between readings further apart a straight line is worth a word, and a guess.
-constexpr double kWideGap_nm = 25, kWidestGap_nm = 200;
+constexpr double kWideGap_nm = 25, kWidestGap_nm = 100;
 // Readings of a printed chart lie this much outside, no more.
 constexpr double kReadingNoise = 0.02;
 // Printed x, y may lie this far outside the spectral locus: two decimals, or a diagram read off.
@@ -49,8 +49,8 @@ std::optional<std::size_t> element_index(std::string word) {
 std::size_t require_element(const std::string& word, int line) {
   const auto index = element_index(word);
   if (!index) {
-    throw InputError(line_text(line) + ": '" + word +
-                     "' is no element; call them red, green and blue.");
+    throw InputError(line_text(line) + ": " + csv_quoted(word) +
+                     " is no element; call them red, green and blue.");
   }
   return *index;
 }
@@ -300,7 +300,7 @@ struct StatedRow {
   std::size_t element = 0;
   Chromaticity xy{};
   std::optional<double> luminance;
-  std::optional<Illuminant> illuminant;
+  std::optional<Light> light;
   int line = 0;
 };
 
@@ -330,7 +330,11 @@ StatedRow stated_row(const CsvText& table, const CsvLine& row, double luminance_
     }
   }
   if (const std::string text = field(table.column({"illuminant", "white"})); !text.empty()) {
-    out.illuminant = parse_illuminant(text);
+    try {
+      out.light = parse_light(text);
+    } catch (const InputError& error) {
+      throw InputError(line_text(row.number) + ": " + error.what());
+    }
   }
   return out;
 }
@@ -347,9 +351,16 @@ double luminance_scale(const CsvText& table, std::vector<std::string>& notes) {
                                            "the luminance Y"));
   }
   if (highest <= 1) return 1;
+  if (highest <= 2) {
+    throw InputError("The largest Y, " + std::to_string(highest) +
+                     ", is too much for a fraction and little for percent; correct it, or name the "
+                     "column Y_percent.");
+  }
   notes.emplace_back("Some Y exceeds 1; they are taken as percent.");
   return 100;
 }
+
+std::string name_of(const std::optional<Light>& light) { return light ? light->name : ""; }
 
 PrimarySet stated_set(const std::vector<StatedRow>& rows, const std::string& name) {
   PrimarySet set;
@@ -374,11 +385,11 @@ PrimarySet stated_set(const std::vector<StatedRow>& rows, const std::string& nam
                           kElements[row.element] +
                           "; it is used as it stands, but look whether x and y are right.");
     }
-    if (row.line != rows.front().line && row.illuminant != rows.front().illuminant) {
+    if (name_of(row.light) != name_of(rows.front().light)) {
       throw InputError(line_text(row.line) + ": the elements of '" + name +
                        "' name different illuminants; they must be stated for one.");
     }
-    stated.illuminant = row.illuminant;
+    stated.light = row.light;
   }
   for (std::size_t i = 0; i < 3; ++i) {
     if (!seen[i]) {
@@ -397,7 +408,7 @@ PrimarySet stated_set(const std::vector<StatedRow>& rows, const std::string& nam
         "No luminances are given; they are taken such that the three full elements together make "
         "the white.");
   }
-  if (!stated.illuminant) {
+  if (!stated.light) {
     set.notes.emplace_back(
         "No illuminant is given; the colours are taken as they stand under any light.");
   }

@@ -17,7 +17,8 @@ std::vector<PrimarySet> read_built_in() {
   std::vector<PrimarySet> sets;
   const auto add = [&sets](std::vector<PrimarySet> more, const char* about) {
     for (PrimarySet& set : more) {
-      set.about = about;
+      const bool without_luminance = set.stated && !set.stated->luminance;
+      set.about = without_luminance ? "printed x, y" : about;
       sets.push_back(std::move(set));
     }
   };
@@ -74,8 +75,7 @@ Matrix3 charted_xyz(const PrimarySet& set, const Viewing& viewing) {
 }
 
 Xyz stated_white(const StatedColors& stated, const Viewing& viewing) {
-  return stated.illuminant ? white_of(light_of(*stated.illuminant), viewing.step)
-                           : white_of(viewing.light, viewing.step);
+  return white_of(stated.light ? *stated.light : viewing.light, viewing.step);
 }
 
 Matrix3 element_xyz_of(const PrimarySet& set, const Viewing& viewing, bool adapted) {

@@ -22,13 +22,13 @@ struct ElementCharts {
   std::array<std::vector<ChartPoint>, 3> points;
 };
 
-// Printed x, y, Y of the full elements under one illuminant.
+// Printed x, y, Y of the full elements under one light.
 struct StatedColors {
   std::array<Chromaticity, 3> xy{};
   // Fractions. Absent where none are printed: then such that the three full elements together make
   // the white.
   std::optional<Vector3> luminance;
-  std::optional<Illuminant> illuminant;  // absent: taken as they stand under any light
+  std::optional<Light> light;  // absent: taken as they stand under any light
 };
 
 struct PrimarySet {

@@ -95,6 +95,9 @@ double way_to_border(const Rgb& rgb, double grey) {
   return way;
 }
 
+// Within 0..1, and never -0, which the way to the border would be divided by.
+double grey_of(double luminance) { return std::min(std::max(0.0, luminance), 1.0); }
+
 Rgb towards_grey(const Rgb& rgb, double grey, double keep) {
   Rgb out{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -109,14 +112,14 @@ Rgb desaturate_into_gamut(const Rgb& rgb) {
   if (in_gamut(rgb)) {
     return rgb;
   }
-  const double grey = std::clamp(srgb_luminance(rgb), 0.0, 1.0);
+  const double grey = grey_of(srgb_luminance(rgb));
   return towards_grey(rgb, grey, std::min(1.0, way_to_border(rgb, grey)));
 }
 
 Rgb compress_into_gamut(const Rgb& rgb) {
   constexpr double kShoulder = 0.8;
   const double luminance = srgb_luminance(rgb);
-  const double grey = std::clamp(luminance, 0.0, 1.0);
+  const double grey = grey_of(luminance);
   const double distance = 1 / way_to_border(rgb, grey);  // 1 on the border
   if (distance <= kShoulder && luminance == grey) return rgb;
   if (!std::isfinite(distance)) return {grey, grey, grey};

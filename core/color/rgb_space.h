@@ -50,7 +50,8 @@ using Rgb = Vector3;  // linear unless a name says otherwise
 [[nodiscard]] Rgb desaturate_into_gamut(const Rgb& rgb);
 // The same with a soft shoulder: what lies within 80 % of the way from grey to the border stays,
 // all beyond is brought into the last fifth, farther colours nearer to the border, so that
-// gradations of saturated colours survive. For view copies only.
+// gradations of saturated colours survive. Luminance and dominant wavelength stay; no colour that
+// sRGB has moves by more than 4.5 (CIEDE2000). Finite in, finite out. For view copies only.
 [[nodiscard]] Rgb compress_into_gamut(const Rgb& rgb);
 
 }  // namespace reseau

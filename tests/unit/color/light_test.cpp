@@ -11,9 +11,14 @@ TEST(Light, WordsAreRead) {
   EXPECT_EQ(parse_light("B").spectrum.values, illuminant_spectrum(Illuminant::kB).values);
   EXPECT_EQ(parse_light("5500K").spectrum.values, daylight_spectrum(5500).values);
   EXPECT_EQ(parse_light("5500").spectrum.values, parse_light("daylight:5500K").spectrum.values);
+  // Where daylight is not defined a temperature is that of a lamp.
+  EXPECT_EQ(parse_light("3200K").spectrum.values, planckian(3200).spectrum.values);
+  EXPECT_EQ(parse_light("3200K").name, "black body of 3200 K");
+  EXPECT_EQ(parse_light("4000K").name, "daylight of 4000 K");
   EXPECT_EQ(parse_light("planck:2856").spectrum.values, planckian(2856).spectrum.values);
-  for (const char* word : {"", "K", "D", "tungsten", "3999K", "25001K", "planck:999",
-                           "planck:25001", "planck:", "5500 K", "1e9999", "nan", "D9"}) {
+  for (const char* word :
+       {"", "K", "D", "tungsten", "999K", "daylight:3999", "25001K", "planck:999", "planck:25001",
+        "planck:", "5500 K", "1e9999", "nan", "D9"}) {
     EXPECT_THROW((void)parse_light(word), InputError) << word;
   }
 }

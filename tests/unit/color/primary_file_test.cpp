@@ -180,6 +180,23 @@ TEST(PrimaryFile, ColorsAreThoseOfTheBuiltInSet) {
   EXPECT_THAT(notes_of(percent), HasSubstr("percent"));
 }
 
+// A light that is no standard illuminant: the colours of a projector's lamp, say.
+TEST(PrimaryFile, ColorsMayBeStatedForAnyLight) {
+  std::string text = kColors;
+  for (std::size_t at = text.find(",C"); at != std::string::npos; at = text.find(",C", at + 1)) {
+    text.replace(at, 2, ",3200K");
+  }
+  Viewing lamp;
+  lamp.light = parse_light("3200K");
+  const PrimarySet set = parse(text).at(0);
+  EXPECT_EQ(element_xyz(set, lamp), element_xyz_as_stated(set, lamp));
+  const Matrix3 seen = element_xyz(set, Viewing{});
+  const Matrix3 wanted = multiply(
+      bradford_target_from_source(white_of(lamp.light, lamp.step), white_of(Illuminant::kD65)),
+      element_xyz_as_stated(set, lamp));
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(seen[i], wanted[i], 1e-15);
+}
+
 TEST(PrimaryFile, SaysWhichColorNoLightHas) {
   const std::string odd = "element,x,y\nred,0.64,0.33\ngreen,0.05,0.9\nblue,0.15,0.06\n";
   EXPECT_THAT(notes_of(odd), HasSubstr("Line 3 of the table: no light has the colour"));
@@ -203,7 +220,7 @@ TEST(PrimaryFile, SeveralSetsOfOneTableKeepTheirNames) {
       "C\nb,green,0.2,0.6,0.4,E\na,blue,0.15,0.06,0.05,C\nb,blue,0.15,0.06,0.05,E\n");
   ASSERT_EQ(sets.size(), 2u);
   EXPECT_EQ(sets[0].name, "a");
-  EXPECT_EQ(sets[1].stated->illuminant, Illuminant::kE);
+  EXPECT_EQ(sets[1].stated->light->name, "E");
 }
 
 TEST(PrimaryFile, RefusesColorsThatCannotBe) {
@@ -214,7 +231,8 @@ TEST(PrimaryFile, RefusesColorsThatCannotBe) {
   EXPECT_THAT(complaint(with("0.647,0.43", "0.847,0.43")), HasSubstr("Line 3"));
   EXPECT_THAT(complaint(with("0.087,C", "0,C")), HasSubstr("luminance"));
   EXPECT_THAT(complaint(with("0.087,C", "0.087,E")), HasSubstr("different illuminants"));
-  EXPECT_THAT(complaint(with("0.087,C", "0.087,D93")), HasSubstr("D93"));
+  EXPECT_THAT(complaint(with("0.177,C", "0.177,F11")), HasSubstr("Line 2 of the table: There is"));
+  EXPECT_THAT(complaint(with("0.177,C", "1.177,C")), HasSubstr("Y_percent"));
   EXPECT_THAT(complaint(with("0.087,C", ",C")), HasSubstr("some elements only"));
   EXPECT_THAT(complaint(with("blue,", "red,")), HasSubstr("there twice"));
   EXPECT_THAT(complaint(with("\nblue,0.164,0.089,0.087,C", "")), HasSubstr("no row for blue"));

@@ -9,6 +9,7 @@
 
 #include "core/color/delta_e.h"
 #include "core/color/element_color.h"
+#include "core/color/pixel_matrix.h"
 #include "tests/unit/color/reference_tables.h"
 
 namespace reseau {
@@ -64,6 +65,32 @@ TEST(SetDifference, OfTheScenesAgreesWithTheReferenceTable) {
     EXPECT_EQ(own.n, 990u);
     EXPECT_NEAR(own.mean, number(row, "dE_avg"), 0.002) << row.at("set_a") << row.at("set_b");
     EXPECT_NEAR(own.max, number(row, "dE_max"), 0.002) << row.at("set_a") << row.at("set_b");
+  }
+}
+
+// Pixels are floats, and their matrix acts on floats.
+TEST(SetDifference, OfPixelsInSinglePrecisionAgreesWithTheReferenceTable) {
+  const auto lab_of = [](const std::string& set, const CsvRow& row, const Vector3& intensity) {
+    const ColorModel model =
+        make_color_model(set, parse_balance(row.at("balance")), OutputSpace::kXyz);
+    std::array<float, 3> pixel{};
+    for (std::size_t i = 0; i < 3; ++i) pixel[i] = static_cast<float>(intensity[i]);
+    transform_pixels(pixel, model.output_from_process);
+    return lab_from_xyz({double{pixel[0]}, double{pixel[1]}, double{pixel[2]}},
+                        white_of(Illuminant::kD65));
+  };
+  const std::map<std::string, std::vector<Vector3>> scenes{{"warm", read_scene("warm")},
+                                                           {"green", read_scene("green")}};
+  const auto rows = read_reference_table("scene_differences.csv");
+  for (std::size_t r = 0; r < rows.size(); r += 7) {  // every seventh says as much
+    std::vector<double> differences;
+    for (const Vector3& pixel : scenes.at(rows[r].at("scene"))) {
+      differences.push_back(delta_e_2000(lab_of(rows[r].at("set_a"), rows[r], pixel),
+                                         lab_of(rows[r].at("set_b"), rows[r], pixel)));
+    }
+    const DeltaESummary own = summarize_delta_e(differences, 0.01);
+    EXPECT_NEAR(own.mean, number(rows[r], "dE_avg"), 0.01) << r;
+    EXPECT_NEAR(own.max, number(rows[r], "dE_max"), 0.01) << r;
   }
 }
 

@@ -46,6 +46,7 @@ TEST(Paper, FiguresThatDoNotRecomputeSayWhy) {
   EXPECT_THAT(figure(paper(), "tab2", "green about E, locus of 5").remark, HasSubstr("0.33"));
   EXPECT_THAT(figure(paper(), "tab1", "green about E").remark, HasSubstr("does not recompute"));
   EXPECT_THAT(figure(paper(), "tab1", "blue about E").remark, HasSubstr("does not recompute"));
+  EXPECT_NEAR(figure(paper(), "tab1", "one white leaves").ours, 9.8, 0.05);
   EXPECT_THAT(figure(paper(), "claims", "largest mean of the three").remark, HasSubstr("1.30"));
   EXPECT_NEAR(figure(paper(), "tab1", "Cornwell-Clyne's green curve").ours, 549.3, 0.05);
 }
