@@ -9,15 +9,36 @@
 #include <unistd.h>
 
 #include "capture/cli/failure.h"
+#include "capture/cli/pixel_area.h"
 #include "core/base/error.h"
 
 namespace reseau::cli {
+namespace {
+
+PixelBounds bounds_of(const std::string& roi) {
+  const auto [x, y, width, height] = parse_pixel_area("--roi", roi);
+  constexpr int kMost = 1 << 24;
+  if (x < 0 || y < 0 || x > kMost || y > kMost || width < 1 || height < 1 || width > kMost ||
+      height > kMost) {
+    throw InputError(fmt::format("--roi {} cannot be: x and y begin at 0, sizes at 1.", roi));
+  }
+  return {x, y, x + width, y + height};
+}
+
+}  // namespace
 
 void DevelopChoice::add_to(CLI::App& app) {
   const char* const group = "Picture";
-  app.add_option("--geometry", geometry, "scan: size and orientation of the scan (default)")
-      ->check(CLI::IsMember({"scan"}))
+  app.add_option(
+         "--geometry", geometry,
+         "scan: orientation of the scan (default); film: turned until the edges of the film "
+         "are upright;\nscreen: the axes of the réseau upright, bends taken out")
+      ->check(CLI::IsMember({"scan", "film", "screen"}))
       ->group(group);
+  app.add_option("--scale", scale, "Pixels of the picture per pixel of the scan (default 1)")
+      ->check(CLI::Range(1.0 / 64, 8.0))
+      ->group(group);
+  app.add_option("--roi", roi, "Only this part of the scan, in pixels, as x,y,w,h")->group(group);
   app.add_option("--quality", quality,
                  "draft, standard (default) or best: coarser and faster, or finer and slower")
       ->check(CLI::IsMember({"draft", "standard", "best"}))
@@ -81,6 +102,9 @@ DevelopOptions DevelopChoice::resolve(Reporter& reporter) const {
   options.n_threads = n_threads;
   options.exact = exact;
   options.quality = parse_quality(quality);
+  options.frame.geometry = parse_geometry(geometry);
+  options.frame.scale = scale;
+  if (!roi.empty()) options.frame.region = bounds_of(roi);
   return options;
 }
 

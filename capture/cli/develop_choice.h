@@ -18,6 +18,8 @@ struct DevelopChoice {
   std::string view_gamut = "clip";
   std::string quality = "standard";
   std::string geometry = "scan";
+  double scale = 1;
+  std::string roi;      // empty: all of the scan
   std::string neutral;  // empty: nothing is made neutral
   std::string silver = "infrared";
   double white_level = 1.0, black_level = 0.0;

@@ -1,4 +1,3 @@
-#include <charconv>
 #include <cmath>
 #include <ctime>
 #include <memory>
@@ -14,6 +13,7 @@
 #include "capture/cli/calibrate_report.h"
 #include "capture/cli/calibrate_run.h"
 #include "capture/cli/develop_choice.h"
+#include "capture/cli/pixel_area.h"
 #include "capture/cli/verbs.h"
 #include "capture/cli/write_text.h"
 #include "core/base/error.h"
@@ -31,23 +31,8 @@ struct CalibrateArguments {
 };
 
 PixelRect parse_roi(const std::string& text) {
-  int v[4] = {};
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  int n = 0;
-  for (; n < 4; ++n) {
-    const auto read = std::from_chars(at, end, v[n]);
-    if (read.ec != std::errc()) break;
-    at = read.ptr;
-    if (n < 3) {
-      if (at == end || *at != ',') break;
-      ++at;
-    }
-  }
-  if (n != 4 || at != end) {
-    throw InputError(fmt::format("--roi takes whole pixels as x,y,width,height, not '{}'.", text));
-  }
-  return {v[0], v[1], v[2], v[3]};
+  const auto [x, y, width, height] = parse_pixel_area("--roi", text);
+  return {x, y, width, height};
 }
 
 // What the files say of the unit, or the person where they do not.

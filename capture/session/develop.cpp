@@ -121,7 +121,7 @@ Development develop(const LineSource& whole, const DevelopOptions& options,
   picture.exr = options.exr;
   picture.tiff = options.tiff;
   picture.png = options.png;
-  picture.dpi = options.dpi;
+  picture.dpi = options.dpi * options.frame.scale;
   picture.gamut = options.view_gamut;
   picture.srgb_from_picture = srgb_from_output(recipe);
   picture.exr_options.attributes = options.attributes;
@@ -130,6 +130,7 @@ Development develop(const LineSource& whole, const DevelopOptions& options,
   EndSeen sink(writer);
 
   ReconstructOptions reconstruct_options = reconstruct_options_of(options);
+  reconstruct_options.frame = options.frame;
   reconstruct_options.output_from_process = make_color_model(recipe).output_from_process;
   result.report = reconstruct(source, result.registration, reconstruct_options, sink,
                               report(DevelopPhase::kReconstruct), stop);

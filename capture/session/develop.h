@@ -29,6 +29,7 @@ struct DevelopOptions {
   double white_level = 1.0, black_level = 0.0;
   std::optional<double> blur_px;  // of the silver picture, instead of what is measured
   Quality quality = Quality::kStandard;
+  FrameChoice frame;
   int n_threads = 0;
   bool exact = false;
   std::filesystem::path exr, tiff, png;  // exr is required; empty view paths = none

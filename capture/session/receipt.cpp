@@ -176,7 +176,11 @@ ordered_json settings_to_json(const Receipt& receipt) {
   if (s.neutral) object["neutral"] = s.neutral->text();
   object["view_gamut"] = s.view_gamut == ViewGamut::kClip ? "clip" : "perceptual";
   object["quality"] = receipt.quality;
-  object["geometry"] = "scan";
+  object["geometry"] = s.frame.geometry == Geometry::kScan   ? "scan"
+                       : s.frame.geometry == Geometry::kFilm ? "film"
+                                                             : "screen";
+  put_number(object, "scale", s.frame.scale);
+  if (const auto& r = s.frame.region) object["region"] = {r->x0, r->y0, r->width(), r->height()};
   object["exact"] = s.exact;
   object["threads"] = s.n_threads;
   put_number(object, "white_level", s.white_level);

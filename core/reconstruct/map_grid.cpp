@@ -5,7 +5,7 @@
 
 namespace reseau {
 
-MapGrid::MapGrid(const ScreenMap& map, Vec2 shift_px, const PixelRect& rect, Vec2 origin)
+MapGrid::MapGrid(const ScreenMap& map, Vec2 shift_px, const PixelBounds& rect, Vec2 origin)
     : rect_(rect), columns_((rect.width() + kStep - 1) / kStep + 1) {
   const int rows = (rect.height() + kStep - 1) / kStep + 1;
   nodes_.reserve(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows));
@@ -40,7 +40,7 @@ void MapGrid::row(int y, std::vector<ScreenPoint>& out) const {
   }
 }
 
-InverseMapGrid::InverseMapGrid(const ScreenMap& map, Vec2 shift_px, const PixelRect& rect,
+InverseMapGrid::InverseMapGrid(const ScreenMap& map, Vec2 shift_px, const PixelBounds& rect,
                                Vec2 origin, Vec2 lowest, Vec2 highest)
     : affine_(map.is_affine()), inverse_(map.linear().inverse()) {
   if (affine_) {

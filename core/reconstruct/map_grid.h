@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/geometry/pixel_bounds.h"
 #include "core/geometry/vec2.h"
 #include "core/screen/screen_map.h"
 
@@ -12,18 +13,11 @@ struct ScreenPoint {
   float u = 0, v = 0;
 };
 
-struct PixelRect {
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // ends excluded
-  [[nodiscard]] int width() const { return x1 - x0; }
-  [[nodiscard]] int height() const { return y1 - y0; }
-  [[nodiscard]] PixelRect grown(int by) const { return {x0 - by, y0 - by, x1 + by, y1 + by}; }
-};
-
 // Screen coordinates of pixels relative to a whole period near the rectangle, so that float holds
 // them well. `shift_px`: pixel p shows what the map says of p - shift. Immutable, thread-safe.
 class MapGrid {
  public:
-  MapGrid(const ScreenMap& map, Vec2 shift_px, const PixelRect& rect, Vec2 origin);
+  MapGrid(const ScreenMap& map, Vec2 shift_px, const PixelBounds& rect, Vec2 origin);
 
   [[nodiscard]] Vec2 lowest() const { return lowest_; }
   [[nodiscard]] Vec2 highest() const { return highest_; }
@@ -37,7 +31,7 @@ class MapGrid {
     return nodes_[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) +
                   static_cast<std::size_t>(i)];
   }
-  PixelRect rect_;
+  PixelBounds rect_;
   int columns_;
   std::vector<Vec2> nodes_;
   Vec2 lowest_{1e30, 1e30}, highest_{-1e30, -1e30};
@@ -48,7 +42,7 @@ class InverseMapGrid {
  public:
   // Covers screen coordinates `lowest` to `highest`, relative to `origin`; the rectangle holds
   // them.
-  InverseMapGrid(const ScreenMap& map, Vec2 shift_px, const PixelRect& rect, Vec2 origin,
+  InverseMapGrid(const ScreenMap& map, Vec2 shift_px, const PixelBounds& rect, Vec2 origin,
                  Vec2 lowest, Vec2 highest);
   [[nodiscard]] Vec2 at(Vec2 s) const;
 

@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/reconstruct/blur_levels.h"
+#include "core/reconstruct/frame_renderer.h"
 #include "core/reconstruct/sharpness.h"
 #include "core/reconstruct/silver_rows.h"
 #include "core/reconstruct/tile_renderer.h"
@@ -48,6 +49,97 @@ void report_conditioning(const BlurLevel& level, ReconstructionReport& report) {
   report.unmix_noise_gain = level.elements.noise_gain();
 }
 
+struct Job {
+  const LineSource& source;
+  const ReconstructOptions& options;
+  const TileRenderer& renderer;
+  const SilverSettings& silver;
+  RgbRowSink& sink;
+  const ProgressFn& progress;
+  const std::stop_token& stop;
+};
+
+struct Clipped {
+  std::array<std::size_t, 4> samples{};  // R G B IR at full scale
+  double of_pixels = 0;
+
+  void add(const std::array<std::size_t, 4>& more) {
+    for (std::size_t c = 0; c < 4; ++c) samples[c] += more[c];
+  }
+};
+
+// Enough tiles at a time to keep many threads busy, few enough to bound memory.
+int bands_at_once(int n_tiles_x) { return std::clamp(32 / n_tiles_x, 1, 16); }
+
+// Pixel by pixel as in the scan: each band of tiles reads its own lines.
+Clipped render_scan(const Job& job) {
+  const int width = job.source.format().width_px, height = job.source.committed();
+  const int n_tiles_x = (width + kTileWidth - 1) / kTileWidth;
+  const int step = bands_at_once(n_tiles_x) * kTileHeight;
+  Clipped clipped;
+  clipped.of_pixels = static_cast<double>(width) * height;
+  std::vector<float> picture;
+  for (int first = 0; first < height; first += step) {
+    if (job.stop.stop_requested()) return clipped;
+    const int end = std::min(height, first + step);
+    picture.resize(static_cast<std::size_t>(end - first) * static_cast<std::size_t>(width) * 3);
+    const int n_bands = (end - first + kTileHeight - 1) / kTileHeight;
+    std::vector<std::array<std::size_t, 4>> band_clipped(static_cast<std::size_t>(n_bands));
+    with_threads(job.options.n_threads, [&] {
+      parallel_for(n_bands, [&](int band) {
+        const int y0 = first + band * kTileHeight, y1 = std::min(height, y0 + kTileHeight);
+        const SilverRows silver(job.silver, y0, y1);
+        band_clipped[static_cast<std::size_t>(band)] = silver.clipped();
+        parallel_for(n_tiles_x, [&](int tile) {
+          const int x0 = tile * kTileWidth, x1 = std::min(width, x0 + kTileWidth);
+          job.renderer.render(
+              silver, {x0, y0, x1, y1},
+              picture.data() + (static_cast<std::ptrdiff_t>(y0 - first) * width + x0) * 3,
+              static_cast<std::ptrdiff_t>(width) * 3);
+        });
+      });
+    });
+    for (const auto& counts : band_clipped) clipped.add(counts);
+    job.sink.rows(first, end - first, picture);
+    if (job.progress) job.progress(static_cast<double>(end) / height);
+  }
+  return clipped;
+}
+
+// Turned or scaled: a tile may need any lines, so the silver of all that are needed is kept.
+Clipped render_frame(const Job& job, const PictureFrame& frame, const ScreenMap& map) {
+  const FrameRenderer renderer(job.renderer, frame, map, job.source.format().width_px,
+                               job.source.committed());
+  const int width = frame.width_px(), height = frame.height_px();
+  // Tiles of the picture behind which about as many pixels of the scan lie as in one of its own.
+  const int side = std::clamp(static_cast<int>(256 * frame.scale()), 16, 512);
+  const PixelBounds lines = renderer.scan_rect({0, 0, width, height});
+  const SilverRows silver(job.silver, lines.y0, std::max(lines.y1, lines.y0 + 1));
+  const int n_tiles_x = (width + side - 1) / side;
+  const int step = bands_at_once(n_tiles_x) * side;
+  Clipped clipped;
+  clipped.add(silver.clipped());
+  clipped.of_pixels = static_cast<double>(job.source.format().width_px) * lines.height();
+  std::vector<float> picture;
+  for (int first = 0; first < height; first += step) {
+    if (job.stop.stop_requested()) return clipped;
+    const int end = std::min(height, first + step);
+    picture.resize(static_cast<std::size_t>(end - first) * static_cast<std::size_t>(width) * 3);
+    const int n_bands = (end - first + side - 1) / side;
+    with_threads(job.options.n_threads, [&] {
+      parallel_for(n_bands * n_tiles_x, [&](int tile) {
+        const int x0 = tile % n_tiles_x * side, y0 = first + tile / n_tiles_x * side;
+        renderer.render(silver, {x0, y0, std::min(width, x0 + side), std::min(end, y0 + side)},
+                        picture.data() + (static_cast<std::ptrdiff_t>(y0 - first) * width + x0) * 3,
+                        static_cast<std::ptrdiff_t>(width) * 3);
+      });
+    });
+    job.sink.rows(first, end - first, picture);
+    if (job.progress) job.progress(static_cast<double>(end) / height);
+  }
+  return clipped;
+}
+
 }  // namespace
 
 Quality parse_quality(std::string_view name) {
@@ -72,6 +164,7 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   }
   const LineFormat& format = source.format();
   const int height = source.committed();
+  const PictureFrame frame(options.frame, registration, format.width_px, height);
   ReconstructionReport report;
 
   auto start = Clock::now();
@@ -137,43 +230,18 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
       {Vec2{scan_from_screen.a, scan_from_screen.c}, Vec2{scan_from_screen.b, scan_from_screen.d}},
       renderer.reach_px()};
 
-  const int width = format.width_px;
-  const int n_tiles_x = (width + kTileWidth - 1) / kTileWidth;
-  // Enough tiles at a time to keep many threads busy, few enough to bound memory.
-  const int n_bands_at_once = std::clamp(32 / n_tiles_x, 1, 16);
-  std::array<std::size_t, 4> clipped{};
-  sink.begin(width, height);
-  std::vector<float> picture;
-  for (int first = 0; first < height; first += n_bands_at_once * kTileHeight) {
-    if (stop.stop_requested()) return report;
-    const int end = std::min(height, first + n_bands_at_once * kTileHeight);
-    picture.resize(static_cast<std::size_t>(end - first) * static_cast<std::size_t>(width) * 3);
-    const int n_bands = (end - first + kTileHeight - 1) / kTileHeight;
-    std::vector<std::array<std::size_t, 4>> band_clipped(static_cast<std::size_t>(n_bands));
-    with_threads(options.n_threads, [&] {
-      parallel_for(n_bands, [&](int band) {
-        const int y0 = first + band * kTileHeight, y1 = std::min(height, y0 + kTileHeight);
-        const SilverRows silver(silver_settings, y0, y1);
-        band_clipped[static_cast<std::size_t>(band)] = silver.clipped();
-        parallel_for(n_tiles_x, [&](int tile) {
-          const int x0 = tile * kTileWidth, x1 = std::min(width, x0 + kTileWidth);
-          renderer.render(
-              silver, {x0, y0, x1, y1},
-              picture.data() + (static_cast<std::ptrdiff_t>(y0 - first) * width + x0) * 3,
-              static_cast<std::ptrdiff_t>(width) * 3);
-        });
-      });
-    });
-    for (const auto& counts : band_clipped) {
-      for (std::size_t c = 0; c < 4; ++c) clipped[c] += counts[c];
-    }
-    sink.rows(first, end - first, picture);
-    if (progress) progress(static_cast<double>(end) / height);
-  }
+  const Job job{source, options, renderer, silver_settings, sink, progress, stop};
+  report.width_px = frame.width_px();
+  report.height_px = frame.height_px();
+  report.turned_deg = frame.turned_deg();
+  sink.begin(frame.width_px(), frame.height_px());
+  const Clipped clipped =
+      frame.is_scan() ? render_scan(job) : render_frame(job, frame, registration.map);
+  if (stop.stop_requested()) return report;
   sink.end();
   for (std::size_t c = 0; c < 4; ++c) {
     report.clipped_fraction[c] =
-        static_cast<double>(clipped[c]) / (static_cast<double>(width) * height);
+        static_cast<double>(clipped.samples[c]) / std::max<double>(1, clipped.of_pixels);
   }
   report.seconds_render = seconds_since(start);
   return report;

@@ -12,6 +12,7 @@
 
 #include "core/geometry/vec2.h"
 #include "core/line/line_source.h"
+#include "core/reconstruct/picture_frame.h"
 #include "core/reconstruct/row_sink.h"
 #include "core/reconstruct/silver_from_rgb.h"
 #include "core/reconstruct/tone_curve.h"
@@ -79,6 +80,7 @@ enum class Quality { kDraft, kStandard, kBest };
 
 struct ReconstructOptions {
   Quality quality = Quality::kStandard;
+  FrameChoice frame;
   ToneCurves tone = ToneCurves::linear();
   // Row-major 3x3 applied to element intensities (process RGB) at the end; identity = process RGB.
   std::array<double, 9> output_from_process{1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -110,8 +112,10 @@ struct SharpnessReport {
 };
 
 struct ReconstructionReport {
-  bool from_infrared = true;      // false: silver computed from RGB
-  SilverWeights silver_from_rgb;  // used when not from infrared
+  int width_px = 0, height_px = 0;  // of the picture
+  double turned_deg = 0;            // against the scan, for Geometry::kFilm
+  bool from_infrared = true;        // false: silver computed from RGB
+  SilverWeights silver_from_rgb;    // used when not from infrared
   SharpnessReport sharpness;
   double unmix_condition = 0;   // 2-norm condition number of the mean 3x3 crosstalk matrix
   double unmix_noise_gain = 0;  // largest row norm of its (regularised) inverse
@@ -120,9 +124,9 @@ struct ReconstructionReport {
   double seconds_sharpness = 0, seconds_render = 0;
 };
 
-// Renders at the geometry of the scan: output pixel (x, y) lies where scan pixel (x, y) was. All
-// lines must be committed. Same bytes for any thread count. Throws what source and sink throw.
-// Returns early, without calling sink.end(), on a stop request.
+// Renders, unless another frame is chosen, at the geometry of the scan: output pixel (x, y) lies
+// where scan pixel (x, y) was. All lines must be committed. Same bytes for any thread count. Throws
+// what source and sink throw. Returns early, without calling sink.end(), on a stop request.
 [[nodiscard]] ReconstructionReport reconstruct(const LineSource& source,
                                                const Registration& registration,
                                                const ReconstructOptions& options, RgbRowSink& sink,

@@ -80,13 +80,13 @@ float TileRenderer::element(const SilverRows& silver, std::size_t site, Vec2 p) 
   return first + place.toward_next * (weigh(levels[place.index + 1].elements) - first);
 }
 
-TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const PixelRect& rect,
+TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const PixelBounds& rect,
                                            Vec2 origin, Vec2 lowest, Vec2 highest) const {
   Planes planes;
   const Vec2 room{kLatticeReach + 1.0, kLatticeReach + 1.0};
   const Vec2 from = lowest - room, to = highest + room;
   const InverseMapGrid pixel_of(settings_.map, settings_.silver_shift_px, rect, origin, from, to);
-  const PixelRect area = rect.grown(reach_of(settings_.map));
+  const PixelBounds area = rect.grown(reach_of(settings_.map));
   for (std::size_t c = 0; c < 3; ++c) {
     const ElementLattice& lattice = settings_.pattern.lattices()[c];
     Vec2 first{1e30, 1e30}, last{-1e30, -1e30};
@@ -165,9 +165,9 @@ void TileRenderer::interpolate(const Planes& planes, const std::vector<ScreenPoi
 
 // What the smooth picture would give is taken off the silver; the rest is detail.
 void TileRenderer::add_detail(const SilverRows& silver, const MapGrid& silver_at,
-                              const PixelRect& rect, const std::vector<float>& smooth_of_silver,
+                              const PixelBounds& rect, const std::vector<float>& smooth_of_silver,
                               std::vector<float>& picture) const {
-  const PixelRect wide = rect.grown(kDetailReach);
+  const PixelBounds wide = rect.grown(kDetailReach);
   const auto stride = static_cast<std::ptrdiff_t>(wide.width() + 1);
   std::vector<float> rest(
       static_cast<std::size_t>(stride) * static_cast<std::size_t>(wide.height()) + 4);
@@ -225,11 +225,11 @@ void TileRenderer::add_detail(const SilverRows& silver, const MapGrid& silver_at
   }
 }
 
-void TileRenderer::render(const SilverRows& silver, const PixelRect& rect, float* out,
+void TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, float* out,
                           std::ptrdiff_t row_stride) const {
   const bool best = settings_.quality == Quality::kBest;
   const bool shifted = !(settings_.silver_shift_px == Vec2{});
-  const PixelRect wide = rect.grown(best ? kDetailReach : 0);
+  const PixelBounds wide = rect.grown(best ? kDetailReach : 0);
   const Vec2 corner =
       settings_.map.screen_from_scan({static_cast<double>(rect.x0), static_cast<double>(rect.y0)});
   const Vec2 origin{std::floor(corner.x), std::floor(corner.y)};

@@ -33,7 +33,7 @@ class TileRenderer {
   // How far around a tile the silver must be known.
   [[nodiscard]] int reach_px() const { return element_reach_px_ + ElementKernels::kRadius + 2; }
   // Writes the pixels of the rectangle, [row][pixel][3], `row_stride` floats from row to row.
-  void render(const SilverRows& silver, const PixelRect& rect, float* out,
+  void render(const SilverRows& silver, const PixelBounds& rect, float* out,
               std::ptrdiff_t row_stride) const;
 
  private:
@@ -44,11 +44,11 @@ class TileRenderer {
   };
   using Planes = std::array<Plane, 3>;
 
-  [[nodiscard]] Planes collect(const SilverRows& silver, const PixelRect& rect, Vec2 origin,
+  [[nodiscard]] Planes collect(const SilverRows& silver, const PixelBounds& rect, Vec2 origin,
                                Vec2 lowest, Vec2 highest) const;
   [[nodiscard]] float element(const SilverRows& silver, std::size_t site, Vec2 p) const;
   void interpolate(const Planes& planes, const std::vector<ScreenPoint>& at, float* out) const;
-  void add_detail(const SilverRows& silver, const MapGrid& silver_at, const PixelRect& rect,
+  void add_detail(const SilverRows& silver, const MapGrid& silver_at, const PixelBounds& rect,
                   const std::vector<float>& smooth_of_silver, std::vector<float>& picture) const;
 
   TileSettings settings_;

@@ -168,7 +168,7 @@ TEST(MapGrid, ThereAndBackOnABentFilm) {
                0.3 * std::cos(0.3 * static_cast<double>(i / 30))};
   }
   const ScreenMap map(kScreenFromScan, {17.3, -4.1}, 40, 30, 30, bend);
-  const PixelRect rect{100, 200, 421, 333};
+  const PixelBounds rect{100, 200, 421, 333};
   const Vec2 shift{0.3, -0.2}, origin{20, 30};
   const MapGrid grid(map, shift, rect, origin);
   const InverseMapGrid back(map, shift, rect, origin, grid.lowest(), grid.highest());

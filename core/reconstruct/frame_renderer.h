@@ -1,0 +1,41 @@
+// A picture that is turned, scaled, straightened or cut out of the scan.
+#pragma once
+
+#include <cstddef>
+
+#include "core/reconstruct/map_grid.h"
+#include "core/reconstruct/picture_frame.h"
+#include "core/reconstruct/silver_rows.h"
+#include "core/reconstruct/tile_renderer.h"
+#include "core/screen/screen_map.h"
+
+namespace reseau {
+
+// Renders what lies behind a tile at the sampling of the scan and samples that: bicubic, averaged
+// over the pixel where the picture is smaller than the scan. What lies outside the scan is 0.
+// Borrows its arguments. Immutable, thread-safe.
+class FrameRenderer {
+ public:
+  FrameRenderer(const TileRenderer& renderer, const PictureFrame& frame, const ScreenMap& map,
+                int scan_width_px, int scan_height_px)
+      : renderer_(renderer),
+        frame_(frame),
+        map_(map),
+        scan_width_px_(scan_width_px),
+        scan_height_px_(scan_height_px) {}
+
+  // The lines of the scan that a rectangle of the picture needs, without what the tile renderer
+  // reaches beyond; empty when the rectangle lies outside the scan.
+  [[nodiscard]] PixelBounds scan_rect(const PixelBounds& picture) const;
+  // Writes the pixels of the rectangle, [row][pixel][3], `row_stride` floats from row to row.
+  void render(const SilverRows& silver, const PixelBounds& rect, float* out,
+              std::ptrdiff_t row_stride) const;
+
+ private:
+  const TileRenderer& renderer_;
+  const PictureFrame& frame_;
+  const ScreenMap& map_;
+  int scan_width_px_, scan_height_px_;
+};
+
+}  // namespace reseau
