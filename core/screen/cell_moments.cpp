@@ -89,7 +89,6 @@ void CellGrid::accumulate_cell(const LinearRows& rows, int column, int row, int 
   alignas(16) float count[kWidth] = {};
   const int x0 = column * kWidth;
   const int n_pixels = std::min(kWidth, width_px_ - x0);
-  float left = 0, right = 0, top = 0, bottom = 0;
   for (int line = 0; line < n_lines; ++line) {
     const float* s = rows.row(3, y0 + line) + x0;
     float* s2 = product[0][line];
@@ -106,14 +105,6 @@ void CellGrid::accumulate_cell(const LinearRows& rows, int column, int row, int 
         product[c + 1][line][x] = s[x] * value[x];
         square[c][x] += s[x] > 0 ? value[x] * value[x] : 0.0F;
       }
-    }
-    left += s2[0];
-    right += s2[n_pixels - 1];
-    if (line == 0) {
-      for (int x = 0; x < n_pixels; ++x) top += s2[x];
-    }
-    if (line == n_lines - 1) {
-      for (int x = 0; x < n_pixels; ++x) bottom += s2[x];
     }
   }
   const auto quads_of = [](const float* values) { return reinterpret_cast<const Quad*>(values); };
@@ -169,11 +160,7 @@ void CellGrid::accumulate_cell(const LinearRows& rows, int column, int row, int 
     return sum;
   };
   for (const auto& values : square) *out++ = sum_of(values);
-  *out++ = sum_of(count);
-  *out++ = left;
-  *out++ = right;
-  *out++ = top;
-  *out = bottom;
+  *out = sum_of(count);
 }
 
 Moments CellGrid::cell(int column, int row) const {
@@ -196,22 +183,16 @@ Moments CellGrid::cell(int column, int row) const {
   return m;
 }
 
-Vec2 CellGrid::slope(int column, int row) const {
-  const float* in = &data_[index(column, row)] + kStride - 4;
-  const int width = std::min(size_.width, width_px_ - column * size_.width);
-  const int lines = std::min(size_.lines, height_px_ - row * size_.lines);
-  if (width < 2 || lines < 2) return {};
-  // The borders are half a pixel inside the cell.
-  const double across = 0.5 * width / (width - 1), along = 0.5 * lines / (lines - 1);
-  return {across * (static_cast<double>(in[1]) - static_cast<double>(in[0])),
-          along * (static_cast<double>(in[3]) - static_cast<double>(in[2]))};
+std::array<double, 3> CellGrid::color_light(int column, int row) const {
+  const float* in = &data_[index(column, row)] + 1 + 2 * kDifferences.size();
+  return {static_cast<double>(in[0]), static_cast<double>(in[1]), static_cast<double>(in[2])};
 }
 
 double CellGrid::filled(int column, int row) const {
   if (!kept(column)) return 0;
   const int width = std::min(size_.width, width_px_ - column * size_.width);
   const int lines = std::min(size_.lines, height_px_ - row * size_.lines);
-  return static_cast<double>(data_[index(column, row) + kStride - 5]) / (width * lines);
+  return static_cast<double>(data_[index(column, row) + kStride - 1]) / (width * lines);
 }
 
 }  // namespace reseau

@@ -56,7 +56,6 @@ struct Moments {
   double pixels = 0;  // that had weight
 };
 
-// Sum over the pixels of S grad(S) = grad(S^2) / 2: what S^2 gains from border to border of a cell.
 // Cells of the whole frame, filled band by band. Different bands may be filled by different
 // threads. Of a large frame only every n-th pair of columns of cells is kept: `keep_every`.
 class CellGrid {
@@ -85,14 +84,13 @@ class CellGrid {
   [[nodiscard]] double light(int column, int row) const {
     return kept(column) ? static_cast<double>(data_[index(column, row)]) : 0;
   }
-  // Sum of S grad(S) over the cell's pixels, from what lies on its four borders. Over N(0) that is
-  // the mean slope of ln S as a fit with the weight S^2 sees it [1/px].
-  [[nodiscard]] Vec2 slope(int column, int row) const;
+  // r(c, 0) alone: of R, G and B; of a kept column.
+  [[nodiscard]] std::array<double, 3> color_light(int column, int row) const;
   // Pixels of the cell that had weight, 0..1.
   [[nodiscard]] double filled(int column, int row) const;
 
  private:
-  static constexpr std::size_t kStride = 1 + 24 + 3 + 24 + 3 + 1 + 4;
+  static constexpr std::size_t kStride = 1 + 24 + 3 + 24 + 3 + 1;
   template <int kQuads>
   void accumulate_cell(const LinearRows& rows, int column, int row, int y0, int n_lines);
   [[nodiscard]] std::size_t index(int column, int row) const {

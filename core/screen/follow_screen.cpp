@@ -71,7 +71,8 @@ std::vector<LineSample> line_samples(const std::vector<PhaseSample>& strips, con
 
 class Follower {
  public:
-  Follower(const CellGrid& cells, const LatticeSeed& seed) : cells_(cells), seed_(seed) {
+  Follower(const CellGrid& cells, const LatticeSeed& seed)
+      : cells_(cells), seed_(seed), drift_(cells, seed) {
     const double period = std::max(1 / norm(seed.carriers.u), 1 / norm(seed.carriers.v));
     small_ = cells.size().width < 16;
     // Four periods a side, or the picture speaks as loudly as the pattern.
@@ -116,7 +117,7 @@ class Follower {
     for (int round = 0; round < 3; ++round) {
       const std::vector<Vec2> screen = screen_at_cells(cells_, fit.map);
       if (!refresh_series(screen, fit.map)) break;
-      samples = measure_samples(cells_, fit.map, screen, series_, block_, blur_px2_);
+      samples = measure_samples(cells_, fit.map, screen, series_, block_, drift_, blur_px2_);
       const LineError line = fit.map.line_error();
       MapFit better = fit_smooth(samples, finest_px_);
       if (!better.usable) break;
@@ -146,13 +147,13 @@ class Follower {
   [[nodiscard]] std::optional<Vec2> left_out(const ScreenMap& map) const {
     const std::vector<Vec2> screen = screen_at_cells(cells_, map);
     const std::vector<PhaseSample> all =
-        measure_samples(cells_, map, screen, series_, block_, blur_px2_);
+        measure_samples(cells_, map, screen, series_, block_, drift_, blur_px2_);
     const LineError& known = map.line_error();
     std::vector<PhaseSample> strips;
     if (!known.none()) {
-      strips =
-          measure_samples(cells_, map, screen, series_,
-                          known.axis == LineError::Axis::kLines ? strip_ : tall_strip_, blur_px2_);
+      strips = measure_samples(cells_, map, screen, series_,
+                               known.axis == LineError::Axis::kLines ? strip_ : tall_strip_, drift_,
+                               blur_px2_);
     }
     std::vector<double> off_u, off_v;
     for (const int fold : {0, 2}) {
@@ -247,7 +248,8 @@ class Follower {
     const LineError& known = better.line_error();
     const auto strips_along = [&](LineError::Axis axis) {
       return measure_samples(cells_, seen_under, screen, series_,
-                             axis == LineError::Axis::kLines ? strip_ : tall_strip_, blur_px2_);
+                             axis == LineError::Axis::kLines ? strip_ : tall_strip_, drift_,
+                             blur_px2_);
     };
     if (!known.none()) {
       result.error = improve_line_error(line_samples(strips_along(known.axis), better), known);
@@ -268,6 +270,7 @@ class Follower {
 
   const CellGrid& cells_;
   const LatticeSeed& seed_;
+  LightDrift drift_;
   bool small_ = false;
   BlockShape block_, strip_, tall_strip_;
   double finest_px_ = 40;

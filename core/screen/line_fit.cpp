@@ -173,7 +173,7 @@ std::vector<double> spline_variance(const std::vector<Strip>& strips,
 
 struct Trial {
   double gain = -1e9;  // the lesser of both folds [nats per strip]
-  double rms_px = 0;
+  double rms_px = 0;   // of the error, where strips are sure of it
 };
 
 // How much better each half is predicted by the other than by nothing.
@@ -190,7 +190,7 @@ Trial try_spacing(const std::vector<Strip>& strips, double extent, double spacin
     }
     if (sizes.size() < 8) return {};
     const double scale = std::max(1.4826 * median_of(sizes), 1e-9);
-    double gain = 0, sum = 0;
+    double gain = 0, sum = 0, weight = 0;
     int n = 0;
     for (const Strip& strip : strips) {
       if (strip.fold != fold || !(strip.weight > 0)) continue;
@@ -198,11 +198,12 @@ Trial try_spacing(const std::vector<Strip>& strips, double extent, double spacin
       const double value = value_at(fitted, spacing, strip.position);
       const double before = k * strip.value, after = k * (strip.value - value);
       gain += 0.5 * (std::log1p(before * before) - std::log1p(after * after));
-      sum += value * value;
+      sum += strip.weight * value * value;
+      weight += strip.weight;
       ++n;
     }
     trial.gain = std::min(trial.gain, gain / n);
-    trial.rms_px = std::max(trial.rms_px, std::sqrt(sum / n));
+    trial.rms_px = std::max(trial.rms_px, std::sqrt(sum / weight));
   }
   return trial;
 }

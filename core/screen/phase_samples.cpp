@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <queue>
 #include <utility>
 
@@ -17,15 +18,14 @@ constexpr double kLeastInfo = 1 / (0.12 * 0.12);
 constexpr double kLargestStep = 0.25;
 // Error of a block in px per px^2 of blur, at light whose deviation from cell to cell is its mean.
 constexpr double kSceneError = 0.03;
+// And of the drift itself, which knows only slopes.
+constexpr double kDriftError = 0.3;
+// Error of a block, in px at such unevenness, that is cut along the pattern and holds one period.
+constexpr double kCutError = 0.35;
 
 Vec2 carrier_phase(const Carriers& f, Vec2 p) { return {dot(f.u, p), dot(f.v, p)}; }
 
 Mat2 carrier_matrix(const Carriers& f) { return {f.u.x, f.u.y, f.v.x, f.v.y}; }
-
-// Cells [column, column + n_columns) x [row, row + n_rows) of a grid, cut to it.
-struct CellRange {
-  int column0, column1, row0, row1;
-};
 
 CellRange range_of(const CellGrid& cells, const BlockShape& shape, int i, int j, int reach) {
   const int width = shape.columns * cells.keep_every();
@@ -58,9 +58,9 @@ Vec2 middle_of(const CellGrid& cells, const CellRange& range) {
 // The sums of a block, its phases turned by `screen_at`, a prediction of screen coordinates.
 struct Window {
   Moments moments;
-  Vec2 slope;                       // sum of S grad(S)
   Vec2 center;                      // of the light
   double sum = 0, sum_squares = 0;  // of the light of its cells
+  double most = 0;                  // of a cell
   int n = 0;
 
   // Standard deviation of the light of its cells over their mean.
@@ -82,14 +82,31 @@ Window window_of(const CellGrid& cells, const CellRange& range, const Predict& s
       add_rephased(window.moments, cells.cell(c, r),
                    screen_at(c, r, p) - carrier_phase(cells.carriers(), p), 1);
       window.center = window.center + light * p;
-      window.slope = window.slope + cells.slope(c, r);
       window.sum += light;
       window.sum_squares += light * light;
+      window.most = std::max(window.most, light);
       ++window.n;
     }
   }
   if (window.moments.n0 > 0) window.center = (1 / window.moments.n0) * window.center;
   return window;
+}
+
+double sinc(double x) {
+  const double a = std::numbers::pi * x;
+  return std::abs(a) < 1e-6 ? 1 : std::sin(a) / a;
+}
+
+// Harmonics beyond those that are fitted, and light that is not even, speak where a block does not
+// hold whole periods. Along a border that crosses the pattern this averages out, along one that
+// follows it not.
+double cut_px(const Window& window, Vec2 block_px, Vec2 frequency) {
+  const double lit = window.sum / (window.n * window.most);
+  const double periods_x = std::max(lit * block_px.x * norm(frequency), 0.5),
+               periods_y = std::max(lit * block_px.y * norm(frequency), 0.5);
+  const double below = std::abs(sinc(block_px.x * frequency.x)) / (periods_y * periods_y),
+               beside = std::abs(sinc(block_px.y * frequency.y)) / (periods_x * periods_x);
+  return kCutError * window.unevenness() * std::hypot(below, beside);
 }
 
 bool make_sample(const Shift& shift, Vec2 p, Vec2 predicted, bool lines, PhaseSample& sample) {
@@ -233,28 +250,36 @@ std::vector<Vec2> screen_at_cells(const CellGrid& cells, const ScreenMap& map) {
 
 std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap& map,
                                          const std::vector<Vec2>& screen, const ColorSeries& series,
-                                         const BlockShape& shape, double blur_px2) {
+                                         const BlockShape& shape, const LightDrift& drift,
+                                         double blur_px2) {
   const BlockGrid grid(cells, shape);
   const auto n_columns = static_cast<std::size_t>(cells.n_columns());
   std::vector<std::vector<PhaseSample>> rows(static_cast<std::size_t>(grid.ny));
   parallel_for(grid.ny, [&](int j) {
     for (int i = 0; i < grid.nx; ++i) {
-      const Window window =
-          window_of(cells, range_of(cells, shape, i, j, 0), [&](int c, int r, Vec2) {
-            return screen[static_cast<std::size_t>(r) * n_columns + static_cast<std::size_t>(c)];
-          });
+      const CellRange range = range_of(cells, shape, i, j, 0);
+      const Window window = window_of(cells, range, [&](int c, int r, Vec2) {
+        return screen[static_cast<std::size_t>(r) * n_columns + static_cast<std::size_t>(c)];
+      });
       if (!(window.moments.n0 > 0)) continue;
       const Vec2 p = window.center;
       PhaseSample sample;
       if (!make_sample(fit_shift(window.moments, series), p, map.smooth_screen_from_scan(p), false,
                        sample))
         continue;
-      const Vec2 drift = (blur_px2 / window.moments.n0) * window.slope;
-      sample.s_in_screen = sample.s_in_screen - map.jacobian(p) * drift;
+      const LightDrift::Slopes slopes = drift.of_block(range);
+      const Mat2 jacobian = map.jacobian(p);
+      sample.s_in_screen = sample.s_in_screen - blur_px2 * Vec2{(jacobian * slopes.for_u).x,
+                                                                (jacobian * slopes.for_v).y};
       // What an edge in the picture does beyond that drift grows with the blur and the edge.
-      const double scene_px = kSceneError * blur_px2 * window.unevenness();
+      const double drift_px = blur_px2 * std::max(norm(slopes.for_u), norm(slopes.for_v));
+      const double scene_px =
+          std::hypot(kSceneError * blur_px2 * window.unevenness(), kDriftError * drift_px);
+      const Vec2 block_px{static_cast<double>((range.column1 - range.column0) * cells.size().width),
+                          static_cast<double>((range.row1 - range.row0) * cells.size().lines)};
       const auto with_scene = [&](double info, Vec2 frequency) {
-        return info > 0 ? 1 / (1 / info + scene_px * scene_px * dot(frequency, frequency)) : 0.0;
+        const double px = std::hypot(scene_px, cut_px(window, block_px, frequency));
+        return info > 0 ? 1 / (1 / info + px * px * dot(frequency, frequency)) : 0.0;
       };
       sample.info_u = with_scene(sample.info_u, cells.carriers().u);
       sample.info_v = with_scene(sample.info_v, cells.carriers().v);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/screen/cell_moments.h"
+#include "core/screen/light_drift.h"
 #include "core/screen/screen_map.h"
 #include "core/screen/window_fit.h"
 
@@ -35,15 +36,15 @@ struct BlockShape {
 [[nodiscard]] std::vector<Vec2> screen_at_cells(const CellGrid& cells, const ScreenMap& map);
 
 // Measures every block of the cell rows [first_row, end_row) against a map that is right to a
-// fraction of a period; `screen` is screen_at_cells() of that map. Blur moves the pattern up the
-// slope of the brightness s: a mask m seen through a blur of variance b [px^2] is
-// h * (s m) = s (h * m) + b grad(s) . grad(h * m) + ..., the mask b grad(ln s) away. With blur_px2
-// = b that drift is taken off. What is left of a line error is small; samples speak of the film
-// under an ideal stage: p_in_scan is where that would see it.
+// fraction of a period; `screen` is screen_at_cells() of that map. What the picture drags the
+// pattern along through a blur of variance blur_px2 [px^2] is taken off. What is left of a line
+// error is small; samples speak of the film under an ideal stage: p_in_scan is where that would see
+// it.
 [[nodiscard]] std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap& map,
                                                        const std::vector<Vec2>& screen,
                                                        const ColorSeries& series,
-                                                       const BlockShape& shape, double blur_px2);
+                                                       const BlockShape& shape,
+                                                       const LightDrift& drift, double blur_px2);
 
 // Series over all cells; `screen` is screen_at_cells() of the map they are seen under.
 [[nodiscard]] bool pooled_series(const CellGrid& cells, const std::vector<Vec2>& screen,

@@ -11,6 +11,8 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr int kTerms = 1 + 2 * kSeries;
+// Holds even terms that a window does not determine [of its light].
+constexpr double kEvenRidge = 1e-3;
 using Vector = Eigen::Matrix<Complex, kTerms, 1>;
 using Matrix = Eigen::Matrix<Complex, kTerms, kTerms>;
 
@@ -125,45 +127,53 @@ bool fit_series(const Moments& window, ColorSeries& series) {
 
 namespace {
 
-// Complex numbers without the library's care for infinities, which costs more than the arithmetic.
-struct Fast {
-  double re = 0, im = 0;
-};
-Fast fast(Complex z) { return {z.real(), z.imag()}; }
-Fast operator*(Fast a, Fast b) { return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re}; }
-Fast operator+(Fast a, Fast b) { return {a.re + b.re, a.im + b.im}; }
-double real_product(Fast a, Fast b) { return a.re * b.re + a.im * b.im; }  // Re(conj(a) b)
+constexpr int kEven = 1 + kSeries, kOdd = kSeries;
+using Even = Eigen::Matrix<double, kEven, 1>;
+using Odd = Eigen::Matrix<double, kOdd, 1>;
 
-constexpr std::size_t kHalf = 1 + kSeries;  // the mean and the stored half of the harmonics
-using HalfRow = std::array<Fast, kHalf>;
+// Normal equations of the real terms of a window once the map has moved by delta: even ones (the
+// mean and a cosine per harmonic) and odd ones (a sine per harmonic).
+struct RealTerms {
+  Eigen::Matrix<double, kEven, kEven> even;
+  Eigen::Matrix<double, kEven, kOdd> cross;
+  Eigen::Matrix<double, kOdd, kOdd> odd;
+  std::array<Even, 3> right_even;
+  std::array<Odd, 3> right_odd;
 
-// Of two real series, given by their halves: Re(a^H b).
-double inner(const HalfRow& a, const HalfRow& b) {
-  double sum = 0.5 * real_product(a[0], b[0]);
-  for (std::size_t i = 1; i < kHalf; ++i) sum += real_product(a[i], b[i]);
-  return 2 * sum;
-}
-
-// Upper half of the Gram matrix's rows: what the mean and the stored harmonics have in common with
-// all terms.
-struct HalfGram {
-  std::array<std::array<Fast, kTerms>, kHalf> entry;
-  explicit HalfGram(const Moments& m) {
-    for (std::size_t i = 0; i < kHalf; ++i) {
-      const std::size_t row = i == 0 ? 0 : 2 * i - 1;
-      for (std::size_t j = 0; j < kTerms; ++j) entry[i][j] = fast(moment_at(m, kPlaces[row][j]));
+  RealTerms(const Moments& m, Vec2 delta) {
+    // A term h stands for 2 Re(z E(h)): z = turn for the cosine, i turn for the sine.
+    std::array<Complex, kSeries> turn;
+    for (std::size_t i = 0; i < kSeries; ++i) {
+      turn[i] = std::polar(
+          1.0, 2 * std::numbers::pi * (kDifferences[i].u * delta.x + kDifferences[i].v * delta.y));
     }
-  }
-  [[nodiscard]] HalfRow times(const HalfRow& a) const {
-    HalfRow out;
-    for (std::size_t i = 0; i < kHalf; ++i) {
-      Fast sum = entry[i][0] * a[0];
-      for (std::size_t k = 1; k < kHalf; ++k) {
-        sum = sum + entry[i][2 * k - 1] * a[k] + entry[i][2 * k] * Fast{a[k].re, -a[k].im};
+    const auto place = [&](std::size_t i, std::size_t j) { return moment_at(m, kPlaces[i][j]); };
+    even(0, 0) = m.n0;
+    for (std::size_t i = 0; i < kSeries; ++i) {
+      const auto row = static_cast<int>(i);
+      const Complex to_mean = 2.0 * turn[i] * place(0, 2 * i + 1);
+      even(0, row + 1) = even(row + 1, 0) = to_mean.real();
+      cross(0, row) = -to_mean.imag();
+      for (std::size_t j = 0; j < kSeries; ++j) {
+        const auto column = static_cast<int>(j);
+        // sum S^2 of 2 Re(a E(h)) 2 Re(b E(k)) = 2 Re(conj(a) b N(k - h) + conj(a) conj(b)
+        // N(-k-h)).
+        const Complex minus = 2.0 * std::conj(turn[i]) * turn[j] * place(2 * i + 1, 2 * j + 1);
+        const Complex plus =
+            2.0 * std::conj(turn[i]) * std::conj(turn[j]) * place(2 * i + 1, 2 * j + 2);
+        even(row + 1, column + 1) = minus.real() + plus.real();
+        cross(row + 1, column) = -minus.imag() + plus.imag();
+        odd(row, column) = minus.real() - plus.real();
       }
-      out[i] = sum;
     }
-    return out;
+    for (std::size_t c = 0; c < 3; ++c) {
+      right_even[c](0) = m.r0[c];
+      for (std::size_t i = 0; i < kSeries; ++i) {
+        const Complex r = 2.0 * std::conj(turn[i]) * m.r[c][i];
+        right_even[c](static_cast<int>(i) + 1) = r.real();
+        right_odd[c](static_cast<int>(i)) = r.imag();
+      }
+    }
   }
 };
 
@@ -172,7 +182,6 @@ struct HalfGram {
 Shift fit_shift(const Moments& window, const ColorSeries& series) {
   Shift result;
   if (!(window.n0 > 0) || window.pixels < 24) return result;
-  const HalfGram gram_half(window);
   Vec2 delta;
   double uu = 0, uv = 0, vv = 0;
   double modulation = 0, modulation_weight = 0;
@@ -180,57 +189,54 @@ Shift fit_shift(const Moments& window, const ColorSeries& series) {
     uu = uv = vv = 0;
     double gradient_u = 0, gradient_v = 0;
     modulation = modulation_weight = 0;
-    std::array<Fast, kSeries> turn;
-    for (std::size_t i = 0; i < kSeries; ++i) {
-      const double angle =
-          2 * std::numbers::pi * (kDifferences[i].u * delta.x + kDifferences[i].v * delta.y);
-      turn[i] = {std::cos(angle), std::sin(angle)};
-    }
+    const RealTerms terms(window, delta);
+    // What the even terms can take is not for delta: where colours are saturated the silver under
+    // the pattern repeats with it, and blur then makes of the pattern more than its contrast says.
+    Eigen::Matrix<double, kEven, kEven> even = terms.even;
+    even.diagonal().array() += kEvenRidge * window.n0;
+    const Eigen::LDLT<Eigen::Matrix<double, kEven, kEven>> solver(even);
+    const Eigen::Matrix<double, kEven, kOdd> taken = solver.solve(terms.cross);
+    const Eigen::Matrix<double, kOdd, kOdd> odd = terms.odd - terms.cross.transpose() * taken;
     for (std::size_t c = 0; c < 3; ++c) {
-      // Columns: d/d delta_u, d/d delta_v, the mean, the pattern.
-      HalfRow right{}, along_u{}, along_v{}, mean{}, pattern{};
-      right[0] = {window.r0[c], 0};
-      mean[0] = {series.mean[c], 0};
-      for (std::size_t i = 0; i < kSeries; ++i) {
-        right[i + 1] = fast(window.r[c][i]);
-        const Fast a = fast(series.harmonic[c][i]) * turn[i];
-        pattern[i + 1] = a;
-        const double ku = 2 * std::numbers::pi * kDifferences[i].u;
-        const double kv = 2 * std::numbers::pi * kDifferences[i].v;
-        along_u[i + 1] = {-ku * a.im, ku * a.re};
-        along_v[i + 1] = {-kv * a.im, kv * a.re};
+      Even pattern;
+      Odd along_u, along_v;
+      pattern(0) = 0;
+      for (int i = 0; i < kSeries; ++i) {
+        const auto h = static_cast<std::size_t>(i);
+        const double a = series.harmonic[c][h].real();
+        pattern(i + 1) = a;
+        along_u(i) = 2 * std::numbers::pi * kDifferences[h].u * a;
+        along_v(i) = 2 * std::numbers::pi * kDifferences[h].v * a;
       }
-      const HalfRow g_mean = gram_half.times(mean), g_pattern = gram_half.times(pattern);
-      const HalfRow g_u = gram_half.times(along_u), g_v = gram_half.times(along_v);
-      const double mm = inner(mean, g_mean), mp = inner(mean, g_pattern);
-      const double pp = inner(pattern, g_pattern);
-      const double rm = inner(mean, right), rp = inner(pattern, right);
-      const double um = inner(mean, g_u), up = inner(pattern, g_u);
-      const double vm = inner(mean, g_v), vp = inner(pattern, g_v);
-      const double ru = inner(along_u, right), rv = inner(along_v, right);
-      // Best mean and contrast at this delta, then what is left for delta.
+      // The expected pattern's mean and contrast first; the even terms are drawn towards them.
+      const double mm = series.mean[c] * series.mean[c] * window.n0;
+      const double mp = series.mean[c] * terms.even.row(0).dot(pattern);
+      const double pp = pattern.dot(terms.even * pattern);
+      const double rm = series.mean[c] * terms.right_even[c](0);
+      const double rp = pattern.dot(terms.right_even[c]);
       const double ridge = 1e-9 * (mm + pp);
-      const double a = mm + ridge, b = mp, d = pp + ridge;
-      const double determinant = a * d - b * b;
+      const double determinant = (mm + ridge) * (pp + ridge) - mp * mp;
       if (!(determinant > 0)) continue;
-      const auto solve = [&](double x, double y) {
-        return std::array<double, 2>{(d * x - b * y) / determinant, (a * y - b * x) / determinant};
-      };
-      const auto gains = solve(rm, rp);
+      const double gain_mean = ((pp + ridge) * rm - mp * rp) / determinant;
+      const double gain = ((mm + ridge) * rp - mp * rm) / determinant;
       // A colour of the scene alone can imitate no pattern: demand a positive contrast.
-      if (!(gains[1] > 0)) continue;
-      const double contrast = std::clamp(gains[1], 0.05, 5.0);
-      const double left = window.q[c] - (gains[0] * rm + gains[1] * rp);
-      const double variance = std::max(left, 1e-9 * window.q[c]) / std::max(window.pixels - 6, 8.0);
+      if (!(gain > 0)) continue;
+      const double contrast = std::clamp(gain, 0.05, 5.0);
+      Even start = gain * pattern;
+      start(0) = gain_mean * series.mean[c];
+      const Even rest = terms.right_even[c] - terms.even * start;
+      const Even more = solver.solve(rest);
+      const double left = window.q[c] - gain_mean * rm - gain * rp - more.dot(rest);
+      const double variance = std::max(left, 1e-9 * window.q[c]) / std::max(window.pixels - 9, 8.0);
       if (!(variance > 0)) continue;
-      const auto from_u = solve(um, up), from_v = solve(vm, vp);
+      const Odd right = terms.right_odd[c] - terms.cross.transpose() * (start + more);
       const double weight = contrast * contrast / variance;
-      uu += weight * (inner(along_u, g_u) - (um * from_u[0] + up * from_u[1]));
-      uv += weight * (inner(along_u, g_v) - (um * from_v[0] + up * from_v[1]));
-      vv += weight * (inner(along_v, g_v) - (vm * from_v[0] + vp * from_v[1]));
-      gradient_u += contrast / variance * (ru - (um * gains[0] + up * gains[1]));
-      gradient_v += contrast / variance * (rv - (vm * gains[0] + vp * gains[1]));
-      modulation += pp / variance * gains[1];
+      uu += weight * along_u.dot(odd * along_u);
+      uv += weight * along_u.dot(odd * along_v);
+      vv += weight * along_v.dot(odd * along_v);
+      gradient_u += contrast / variance * along_u.dot(right);
+      gradient_v += contrast / variance * along_v.dot(right);
+      modulation += pp / variance * gain;
       modulation_weight += pp / variance;
     }
     const double trace = uu + vv;
