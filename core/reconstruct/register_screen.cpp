@@ -44,6 +44,19 @@ Mat2 mean_linear(const ScreenMap& map, int width_px, int height_px) {
   return {sum_x.x / norm_x, sum_y.x / norm_y, sum_x.y / norm_x, sum_y.y / norm_y};
 }
 
+// Whether a map folds, or stretches the film threefold somewhere: then it is lost there.
+bool folds(const ScreenMap& map, const Mat2& mean, int width_px, int height_px) {
+  constexpr int kSteps = 64;
+  for (int j = 0; j <= kSteps; ++j) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const Vec2 p{(width_px - 1.0) * i / kSteps, (height_px - 1.0) * j / kSteps};
+      const double area = map.jacobian(p).determinant() / mean.determinant();
+      if (!(area > 1.0 / 3 && area < 3)) return true;
+    }
+  }
+  return false;
+}
+
 class Tracker {
  public:
   Tracker(const LineSource& source, const RegisterOptions& options, const ProgressFn& progress,
@@ -64,13 +77,18 @@ class Tracker {
       // The scan ended early: what there is, is all there is.
       if (have < end) end = have;
       if (end - next_search < 16) break;
-      const std::optional<LatticeSeed> seed = search(next_search, end - next_search, reason);
+      const int first = next_search, n = end - next_search;
       next_search = have < end ? height : end;
-      if (!seed) continue;
-      Registration result = track(*seed);
-      if (result.found || stop_.stop_requested()) return result;
-      reason = result.reason;
-      keep_evidence(result.confidence, *seed);
+      // Film that bends within a large tile shows itself to small ones, and plainly.
+      for (const int tile_px : {kLargestTilePx, kSmallestTilePx}) {
+        const std::optional<LatticeSeed> seed = search(first, n, tile_px, reason);
+        if (!seed) break;
+        if (tile_px == kSmallestTilePx && (seed->explained < 0.5 || seed->foreign > 0.3)) break;
+        Registration result = track(*seed, tile_px == kSmallestTilePx);
+        if (result.found || stop_.stop_requested()) return result;
+        reason = result.reason;
+        keep_evidence(result.confidence, *seed);
+      }
       if (source_.committed() <= next_search) break;
     }
     Registration none = best_none_;
@@ -88,11 +106,11 @@ class Tracker {
   }
 
   // Finds a seed in a block of lines; without infrared also the weights that make silver of RGB.
-  std::optional<LatticeSeed> search(int first, int n, std::string& reason) {
+  std::optional<LatticeSeed> search(int first, int n, int tile_px, std::string& reason) {
     LinearReader reader(source_, options_.tone);
     LinearRows rows;
     reader.read(first, n, rows);
-    const LatticeSearch found = find_lattice(rows, reader.has_infrared());
+    const LatticeSearch found = find_lattice(rows, reader.has_infrared(), tile_px);
     if (!found.found) {
       reason = found.reason;
       keep_evidence(0.5 * found.seed.confidence * found.seed.explained, found.seed);
@@ -120,10 +138,11 @@ class Tracker {
     best_none_.explained = seed.explained;
   }
 
-  Registration track(const LatticeSeed& seed) {
+  Registration track(const LatticeSeed& seed, bool bends) {
     const LineFormat& format = source_.format();
-    CellGrid cells(format.width_px, format.n_lines, seed.carriers, CellSize{},
-                   keep_every_for(format.width_px, format.n_lines, false));
+    CellGrid cells(format.width_px, format.n_lines, seed.carriers,
+                   bends ? CellSize{8, 8} : CellSize{},
+                   bends ? 1 : keep_every_for(format.width_px, format.n_lines, false));
     int done = 0;
     while (done < format.n_lines) {
       const int want = std::min(format.n_lines, done + kTaskRows);
@@ -209,8 +228,10 @@ class Tracker {
     const double tightness = std::exp(-std::pow(fit.residual_px / (0.12 * worst_period), 2));
     result.confidence =
         (1 - doubt(seed)) * seed.confidence * tightness * (-std::expm1(-coverage / 0.15));
-    result.found =
-        result.confidence > 0.35 && fit.n_used >= 6 && fit.residual_px < kLargestResidualPx;
+    result.found = result.confidence > 0.35 && fit.n_used >= 6 &&
+                   fit.residual_px < kLargestResidualPx &&
+                   !folds(fit.map, mean, format.width_px, format.n_lines);
+    if (!result.found) result.confidence = std::min(result.confidence, 0.35);
     result.none_probability = 1 - std::min(result.confidence, 1 - 1e-6);
     if (result.found) {
       fill_names(result, seed);

@@ -106,8 +106,7 @@ class Follower {
       growing.rows = 1;
       growing.reach = 1;
     }
-    std::vector<PhaseSample> samples =
-        grow_samples(cells_, seed_.center_px, seed_.screen_at_center, series_, growing, false);
+    std::vector<PhaseSample> samples = grow_samples(cells_, seed_, series_, growing, false);
     result.coverage = coverage(samples.size(), growing);
     MapFit fit = fit_smooth(samples, finest_px_);
     result.fit = fit;
@@ -149,6 +148,7 @@ class Follower {
     const std::vector<PhaseSample> all =
         measure_samples(cells_, map, screen, series_, block_, drift_, blur_px2_);
     const LineError& known = map.line_error();
+    const double block_px = left_out_block_px(finest_px_);
     std::vector<PhaseSample> strips;
     if (!known.none()) {
       strips = measure_samples(cells_, map, screen, series_,
@@ -159,7 +159,7 @@ class Follower {
     for (const int fold : {0, 2}) {
       std::vector<PhaseSample> seen;
       for (const PhaseSample& sample : all) {
-        if (!left_out_of_fold(sample.p_in_scan, fold)) seen.push_back(sample);
+        if (!left_out_of_fold(sample.p_in_scan, fold, block_px)) seen.push_back(sample);
       }
       const MapFit film = fit_smooth(seen, finest_px_);
       if (!film.usable) return std::nullopt;
@@ -167,7 +167,7 @@ class Follower {
       if (!known.none()) {
         std::vector<LineSample> lines;
         for (LineSample& strip : line_samples(strips, film.map)) {
-          if (left_out_of_fold(strip.p_in_scan, fold)) continue;
+          if (left_out_of_fold(strip.p_in_scan, fold, block_px)) continue;
           strip.off_px = strip.off_px + known.at(strip.p_in_scan);
           lines.push_back(strip);
         }
@@ -176,7 +176,7 @@ class Follower {
       }
       for (const PhaseSample& sample : all) {
         const Vec2 p = sample.p_in_scan;
-        if (!left_out_of_fold(p, fold)) continue;
+        if (!left_out_of_fold(p, fold, block_px)) continue;
         const Vec2 ideal = p + (line.at(p) - known.at(p));
         const Vec2 off = sample.s_in_screen - film.map.smooth_screen_from_scan(ideal);
         off_u.push_back(std::abs(off.x) / norm(cells_.carriers().u));

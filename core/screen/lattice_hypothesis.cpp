@@ -305,6 +305,18 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
           const TileCorner& corner = corners[entries[seed].tile];
           const double mid = (tile_size - 1) / 2.0;
           best.carriers = carriers_of(entries[seed].tile);
+          best.mean_carriers = {};
+          double total = 0;
+          for (std::size_t e = 0; e < entries.size(); ++e) {
+            const double weight = std::pow(std::max(origins[e].explained, 0.0), 2);
+            const Carriers f = carriers_of(entries[e].tile);
+            best.mean_carriers.u = best.mean_carriers.u + weight * f.u;
+            best.mean_carriers.v = best.mean_carriers.v + weight * f.v;
+            total += weight;
+          }
+          best.mean_carriers = total > 0 ? Carriers{(1 / total) * best.mean_carriers.u,
+                                                    (1 / total) * best.mean_carriers.v}
+                                         : best.carriers;
           best.center_px = {corner.x + mid, corner.y + mid};
           best.screen_at_center =
               Vec2{dot(best.carriers.u, {mid, mid}), dot(best.carriers.v, {mid, mid})} +
@@ -325,6 +337,7 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
   if (layout_sites(best.layout).square &&
       std::abs(best.carriers.v.y) > std::abs(best.carriers.v.x)) {
     best.carriers = {best.carriers.v, -1.0 * best.carriers.u};
+    best.mean_carriers = {best.mean_carriers.v, -1.0 * best.mean_carriers.u};
     best.screen_at_center = {best.screen_at_center.y, -best.screen_at_center.x};
   }
   best.other_explained = best_of[best.layout == ScreenLayout::kTwoSites ? 0 : 1];

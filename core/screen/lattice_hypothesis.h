@@ -22,7 +22,8 @@ struct TileCorner {
 struct LatticeHypothesis {
   ScreenLayout layout = ScreenLayout::kLinesAndSquares;
   int special_color = 0;       // of the lines, or of what lies between two sites
-  Carriers carriers;           // u along the lines; right-handed: cross(u, v) > 0
+  Carriers carriers;           // u along the lines; right-handed: cross(u, v) > 0; of the tile
+  Carriers mean_carriers;      // of all tiles
   double explained = 0;        // share of what alternates in the tiles, all channels, 0..1
   double other_explained = 0;  // the most that the other layout explains
   bool colors_fit = false;     // one site is red, one green, one blue, as screens were made

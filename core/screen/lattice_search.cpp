@@ -61,7 +61,8 @@ std::vector<Tile> choose_tiles(const LinearRows& rows, int size) {
   std::vector<Tile> chosen;
   for (const double distance : {1.0, 0.5}) {
     for (const Tile& tile : tiles) {
-      if (static_cast<int>(chosen.size()) >= kMaxTiles) break;
+      if (static_cast<int>(chosen.size()) >= (size > kSmallestTilePx ? kMaxTiles : 3 * kMaxTiles))
+        break;
       const bool near = std::any_of(chosen.begin(), chosen.end(), [&](const Tile& other) {
         return std::abs(tile.x - other.x) < distance * size &&
                std::abs(tile.y - other.y) < distance * size;
@@ -335,10 +336,10 @@ bool silver_weights(const Response& response, std::array<double, 3>& weights) {
   return true;
 }
 
-LatticeSearch find_lattice(const LinearRows& rows, bool infrared) {
+LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int largest_tile_px) {
   LatticeSearch result;
-  int size = 256;
-  while (size > 64 && (size > rows.width_px || size > rows.n)) size /= 2;
+  int size = largest_tile_px;
+  while (size > kSmallestTilePx && (size > rows.width_px || size > rows.n)) size /= 2;
   if (size > rows.width_px || size > rows.n) {
     result.reason = "The picture is too small: a réseau can be found from 64 x 64 pixels upwards.";
     return result;
@@ -414,7 +415,8 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared) {
     result.seed.special_color = judged.special_color;
     result.seed.explained = judged.explained;
     result.seed.other_explained = judged.other_explained;
-    result.seed.carriers = judged.carriers;
+    result.seed.carriers = judged.mean_carriers;
+    result.seed.at_center = judged.carriers;
     result.seed.center_px = judged.center_px + Vec2{0, static_cast<double>(rows.first)};
     result.seed.screen_at_center = judged.screen_at_center;
     result.seed.response = judged.response;

@@ -11,13 +11,16 @@
 
 namespace reseau {
 
+inline constexpr int kLargestTilePx = 256, kSmallestTilePx = 64;
+
 struct LatticeSeed {
   ScreenLayout layout = ScreenLayout::kLinesAndSquares;
   int special_color = 0;
   double explained = 0, other_explained = 0;  // as in LatticeHypothesis
-  Carriers carriers;                          // right-handed: cross(u, v) > 0
+  Carriers carriers;                          // right-handed: cross(u, v) > 0; mean of the tiles
   Vec2 center_px;                             // of the tile that shows the pattern best
   Vec2 screen_at_center;                      // screen coordinates there
+  Carriers at_center;                         // their slopes there
   Response response{};    // without infrared: the brightest light counts as clear
   double sigma_px = 0.7;  // a rough blur
   double confidence = 0;  // 0..1
@@ -34,8 +37,10 @@ struct LatticeSearch {
 
 // Looks for periods from about 2.6 to 20 px at any angle in a block of rows (whole frames too: only
 // some tiles are looked at). Deterministic. The block should have at least 64 x 64 px.
-// `infrared`: plane 3 of the rows is infrared, not made of RGB.
-[[nodiscard]] LatticeSearch find_lattice(const LinearRows& rows, bool infrared);
+// `infrared`: plane 3 of the rows is infrared, not made of RGB. largest_tile_px: a power of two
+// from 64; small tiles find film that bends within large ones.
+[[nodiscard]] LatticeSearch find_lattice(const LinearRows& rows, bool infrared,
+                                         int largest_tile_px = kLargestTilePx);
 
 // The colour series that a réseau with this response shows under a Gaussian blur of sigma_px
 // (isotropic) and the given carriers. The response is by colour.

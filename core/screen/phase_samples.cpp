@@ -1,19 +1,15 @@
 #include "core/screen/phase_samples.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <queue>
-#include <utility>
 
 #include "core/base/parallel.h"
+#include "core/screen/phase_window.h"
 
 namespace reseau {
 namespace {
 
-// Surer than this, or a sample is not used at all [1/periods^2]: one sigma of 0.12 periods.
-constexpr double kLeastInfo = 1 / (0.12 * 0.12);
 // A step of more than this from the prediction may be a neighbouring period.
 constexpr double kLargestStep = 0.25;
 // Error of a block in px per px^2 of blur, at light whose deviation from cell to cell is its mean.
@@ -23,77 +19,9 @@ constexpr double kDriftError = 0.3;
 // Error of a block, in px at such unevenness, that is cut along the pattern and holds one period.
 constexpr double kCutError = 0.35;
 
-Vec2 carrier_phase(const Carriers& f, Vec2 p) { return {dot(f.u, p), dot(f.v, p)}; }
-
-Mat2 carrier_matrix(const Carriers& f) { return {f.u.x, f.u.y, f.v.x, f.v.y}; }
-
-CellRange range_of(const CellGrid& cells, const BlockShape& shape, int i, int j, int reach) {
-  const int width = shape.columns * cells.keep_every();
-  return {std::max(0, i * width - reach), std::min(cells.n_columns(), (i + 1) * width + reach),
-          std::max(0, j * shape.rows - reach),
-          std::min(cells.n_rows(), (j + 1) * shape.rows + reach)};
-}
-
-struct BlockGrid {
-  int nx, ny;
-  BlockGrid(const CellGrid& cells, const BlockShape& shape)
-      : nx((cells.n_columns() + shape.columns * cells.keep_every() - 1) /
-           (shape.columns * cells.keep_every())),
-        ny((cells.n_rows() + shape.rows - 1) / shape.rows) {}
-};
-
-// The middle of the kept cells of a range.
-Vec2 middle_of(const CellGrid& cells, const CellRange& range) {
-  Vec2 sum;
-  int n = 0;
-  for (int c = range.column0; c < range.column1; ++c) {
-    if (!cells.kept(c)) continue;
-    sum = sum + cells.center(c, range.row0);
-    ++n;
-  }
-  const double y0 = cells.center(0, range.row0).y, y1 = cells.center(0, range.row1 - 1).y;
-  return {n > 0 ? sum.x / n : cells.center(range.column0, range.row0).x, 0.5 * (y0 + y1)};
-}
-
-// The sums of a block, its phases turned by `screen_at`, a prediction of screen coordinates.
-struct Window {
-  Moments moments;
-  Vec2 center;                      // of the light
-  double sum = 0, sum_squares = 0;  // of the light of its cells
-  double most = 0;                  // of a cell
-  int n = 0;
-
-  // Standard deviation of the light of its cells over their mean.
-  [[nodiscard]] double unevenness() const {
-    if (n < 2 || !(sum > 0)) return 0;
-    const double mean = sum / n;
-    return std::sqrt(std::max(sum_squares / n - mean * mean, 0.0)) / mean;
-  }
-};
-
-template <typename Predict>
-Window window_of(const CellGrid& cells, const CellRange& range, const Predict& screen_at) {
-  Window window;
-  for (int r = range.row0; r < range.row1; ++r) {
-    for (int c = range.column0; c < range.column1; ++c) {
-      const double light = cells.light(c, r);
-      if (!(light > 0)) continue;
-      const Vec2 p = cells.center(c, r);
-      add_rephased(window.moments, cells.cell(c, r),
-                   screen_at(c, r, p) - carrier_phase(cells.carriers(), p), 1);
-      window.center = window.center + light * p;
-      window.sum += light;
-      window.sum_squares += light * light;
-      window.most = std::max(window.most, light);
-      ++window.n;
-    }
-  }
-  if (window.moments.n0 > 0) window.center = (1 / window.moments.n0) * window.center;
-  return window;
-}
-
-double sinc(double x) {
-  const double a = std::numbers::pi * x;
+// Mean of a wave over so many of its cycles, symmetric about a crest.
+double mean_of_wave(double cycles) {
+  const double a = std::numbers::pi * cycles;
   return std::abs(a) < 1e-6 ? 1 : std::sin(a) / a;
 }
 
@@ -104,10 +32,12 @@ double cut_px(const Window& window, Vec2 block_px, Vec2 frequency) {
   const double lit = window.sum / (window.n * window.most);
   const double periods_x = std::max(lit * block_px.x * norm(frequency), 0.5),
                periods_y = std::max(lit * block_px.y * norm(frequency), 0.5);
-  const double below = std::abs(sinc(block_px.x * frequency.x)) / (periods_y * periods_y),
-               beside = std::abs(sinc(block_px.y * frequency.y)) / (periods_x * periods_x);
+  const double below = std::abs(mean_of_wave(block_px.x * frequency.x)) / (periods_y * periods_y),
+               beside = std::abs(mean_of_wave(block_px.y * frequency.y)) / (periods_x * periods_x);
   return kCutError * window.unevenness() * std::hypot(below, beside);
 }
+
+}  // namespace
 
 bool make_sample(const Shift& shift, Vec2 p, Vec2 predicted, bool lines, PhaseSample& sample) {
   if (!(shift.modulation > 0.2 && shift.modulation < 4)) return false;
@@ -127,102 +57,6 @@ bool make_sample(const Shift& shift, Vec2 p, Vec2 predicted, bool lines, PhaseSa
     sample.info_u = sample.info_v;
   }
   return true;
-}
-
-}  // namespace
-
-std::vector<PhaseSample> grow_samples(const CellGrid& cells, Vec2 seed_px, Vec2 screen_at_seed,
-                                      const ColorSeries& series, const BlockShape& shape,
-                                      bool lines) {
-  struct Node {
-    bool done = false, accepted = false;
-    PhaseSample sample;
-    Mat2 jacobian;
-  };
-  const BlockGrid grid(cells, shape);
-  const int nx = grid.nx, ny = grid.ny;
-  std::vector<Node> nodes(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny));
-  const auto node_at = [&](int i, int j) -> Node& {
-    return nodes[static_cast<std::size_t>(j) * static_cast<std::size_t>(nx) +
-                 static_cast<std::size_t>(i)];
-  };
-  const auto middle = [&](int i, int j) {
-    return middle_of(cells, range_of(cells, shape, i, j, 0));
-  };
-  using Entry = std::pair<double, std::pair<int, int>>;
-  std::priority_queue<Entry> queue;
-
-  // `predicted` and `jacobian` hold at the middle of the block.
-  const auto measure = [&](int i, int j, Vec2 predicted, const Mat2& jacobian) {
-    Node& node = node_at(i, j);
-    node.done = true;
-    const Vec2 p = middle(i, j);
-    const Window window =
-        window_of(cells, range_of(cells, shape, i, j, shape.reach),
-                  [&](int, int, Vec2 q) { return predicted + jacobian * (q - p); });
-    const Vec2 predicted_there = predicted + jacobian * (window.center - p);
-    if (!make_sample(fit_shift(window.moments, series), window.center, predicted_there, lines,
-                     node.sample))
-      return;
-    const double info = std::min(node.sample.info_u, node.sample.info_v);
-    if (info < kLeastInfo) return;
-    node.accepted = true;
-    node.jacobian = jacobian;
-    queue.push({info, {i, j}});
-  };
-
-  const double block_width = cells.size().width * shape.columns * cells.keep_every();
-  const int seed_i = std::clamp(static_cast<int>(seed_px.x / block_width), 0, nx - 1);
-  const int seed_j =
-      std::clamp(static_cast<int>(seed_px.y / (cells.size().lines * shape.rows)), 0, ny - 1);
-  const Mat2 start = carrier_matrix(cells.carriers());
-  measure(seed_i, seed_j, screen_at_seed + start * (middle(seed_i, seed_j) - seed_px), start);
-  std::vector<PhaseSample> samples;
-  while (!queue.empty()) {
-    const std::pair<int, int> place = queue.top().second;
-    queue.pop();
-    for (const std::pair<int, int>& step :
-         {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
-      const int ni = place.first + step.first, nj = place.second + step.second;
-      if (ni < 0 || nj < 0 || ni >= nx || nj >= ny || node_at(ni, nj).done) continue;
-      const Vec2 p = middle(ni, nj);
-      // Prediction from a plane through the accepted neighbours, pulled towards their own slopes.
-      double weight_sum = 0;
-      Vec2 predicted;
-      Mat2 slope{0, 0, 0, 0};
-      for (int b = -2; b <= 2; ++b) {
-        for (int a = -2; a <= 2; ++a) {
-          const int qi = ni + a, qj = nj + b;
-          if (qi < 0 || qj < 0 || qi >= nx || qj >= ny || !node_at(qi, qj).accepted) continue;
-          const Node& other = node_at(qi, qj);
-          const double weight = std::exp(-0.5 * (a * a + b * b));
-          predicted = predicted + weight * (other.sample.s_in_screen +
-                                            other.jacobian * (p - other.sample.p_in_scan));
-          slope = {slope.a + weight * other.jacobian.a, slope.b + weight * other.jacobian.b,
-                   slope.c + weight * other.jacobian.c, slope.d + weight * other.jacobian.d};
-          weight_sum += weight;
-        }
-      }
-      const double k = 1 / weight_sum;
-      Node& fresh = node_at(ni, nj);
-      const Mat2 jacobian{k * slope.a, k * slope.b, k * slope.c, k * slope.d};
-      measure(ni, nj, k * predicted, jacobian);
-      if (!fresh.accepted) continue;
-      // Half of the surprise corrects the slope along the step (Broyden).
-      const Vec2 way = fresh.sample.p_in_scan - node_at(place.first, place.second).sample.p_in_scan;
-      const Vec2 surprise =
-          fresh.sample.s_in_screen - (k * predicted + jacobian * (fresh.sample.p_in_scan - p));
-      const double gain = 0.5 / std::max(dot(way, way), 1.0);
-      fresh.jacobian.a += gain * surprise.x * way.x;
-      fresh.jacobian.b += gain * surprise.x * way.y;
-      fresh.jacobian.c += gain * surprise.y * way.x;
-      fresh.jacobian.d += gain * surprise.y * way.y;
-    }
-  }
-  for (const Node& node : nodes) {
-    if (node.accepted) samples.push_back(node.sample);
-  }
-  return samples;
 }
 
 std::vector<Vec2> screen_at_cells(const CellGrid& cells, const ScreenMap& map) {

@@ -111,7 +111,7 @@ class LevelSystem {
     const double unit = n > 0 ? total / static_cast<double>(n) * 0.05 : 1;
     add_bending(unit * stiffness);
     for (std::size_t row = 0; row < size(); ++row)
-      entry(row, 0, 0) += 0.02 * unit * (1 + 0.05 * stiffness);
+      entry(row, 0, 0) += unit * (std::min(0.02, 0.2 * stiffness) + 0.001 * stiffness);
   }
 
   // Conjugate gradients with a diagonal preconditioner: sums in a fixed order, so the result is the
@@ -231,10 +231,11 @@ double SplineSurface::at(Vec2 p) const {
   return sum;
 }
 
-bool left_out_of_fold(Vec2 p, int fold) {
-  constexpr double kBlockPx = 110;
-  const int i = static_cast<int>(std::floor(p.x / kBlockPx)),
-            j = static_cast<int>(std::floor(p.y / kBlockPx));
+double left_out_block_px(double finest_px) { return finest_px < 40 ? 1.8 * finest_px : 110; }
+
+bool left_out_of_fold(Vec2 p, int fold, double block_px) {
+  const int i = static_cast<int>(std::floor(p.x / block_px)),
+            j = static_cast<int>(std::floor(p.y / block_px));
   return (((i + 2 * j) % 5) + 5) % 5 == fold;
 }
 
@@ -265,11 +266,12 @@ void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int w
     std::vector<double> residual, weights;
   };
   std::vector<Task> tasks;
+  const double block_px = left_out_block_px(levels.spacing_px.back());
   for (const ScatteredValues* samples : coordinates) {
     for (const int fold : kFolds) {
       Task task{samples, fold, samples->values, samples->weights};
       for (std::size_t s = 0; s < task.weights.size(); ++s) {
-        if (left_out_of_fold(samples->positions[s], fold)) task.weights[s] = 0;
+        if (left_out_of_fold(samples->positions[s], fold, block_px)) task.weights[s] = 0;
       }
       tasks.push_back(std::move(task));
     }

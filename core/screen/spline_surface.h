@@ -31,9 +31,12 @@ struct SurfaceLevels {
   [[nodiscard]] bool flat() const;
 };
 
-// Blocks of 110 px, of which a fifth belongs to each fold 0..4: so large that a sample left out
-// shares no pixel with one that was fitted but at their rim.
-[[nodiscard]] bool left_out_of_fold(Vec2 p, int fold);
+// Side of the blocks that are left out together, for levels down to finest_px: so large that a
+// sample left out shares no pixel with one that was fitted but at their rim, and no larger than
+// what the finest level can bridge [px].
+[[nodiscard]] double left_out_block_px(double finest_px);
+// Whether a place lies in a block of this fold, 0..4: a fifth of all.
+[[nodiscard]] bool left_out_of_fold(Vec2 p, int fold, double block_px);
 
 // Levels for a frame, all still undecided: the coarsest about the size of the frame, each next half
 // of it, the finest not below finest_px.
