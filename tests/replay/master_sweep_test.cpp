@@ -268,7 +268,7 @@ INSTANTIATE_TEST_SUITE_P(Models, MasterFaultSweep, testing::ValuesIn(cases()),
 
 // A few of the same cases, cheap enough for a sanitizer: other places for each model.
 TEST(MasterFaults, SomePlacesOfEveryModel) {
-  long step = 41;
+  long step = 97;
   for (const Case& unit : cases()) {
     SCOPED_TRACE(unit.model);
     const Counts counts = sweep(unit, unit.dpi <= 300 ? 5 * step : step);
