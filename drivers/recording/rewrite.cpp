@@ -123,7 +123,7 @@ RewriteResult rewrite_recording(const std::filesystem::path& from, const std::fi
                      "numbers and phases.");
   }
   ExchangeReader device_reader(from);
-  const RecordedDevice device = device_reader.device();
+  const RecordedDevice& device = device_reader.device();
   const Blanker blanker(options, device);
   CaptureReader packets(from);
   std::optional<UsbPacket> packet = packets.next();
