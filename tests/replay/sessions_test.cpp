@@ -317,8 +317,18 @@ TEST_F(Sessions, AReplayThatDiffersNamesByteCommandAndSource) {
 }
 
 TEST_F(Sessions, AReplayTakesFaultsByPositionAndAPace) {
-  (void)record(file_);
+  const Outcome live = record(file_);
   OpenOptions options;
+  // The driver repeats the command, and the recording plays it again.
+  for (const char* const kind : {"stall@", "timeout@", "short@"}) {
+    for (int n = 0; n < 100; n += 3) {
+      options.replay_fault = kind + std::to_string(n);
+      SCOPED_TRACE(options.replay_fault);
+      EXPECT_TRUE(
+          scan_of(*open_scanner("replay:" + file_.string(), options).scanner, small_request())
+              .samples == live.samples);
+    }
+  }
   options.replay_fault = "disconnect@40";
   EXPECT_THROW(open_scanner("replay:" + file_.string(), options), DeviceError);
   options.replay_fault = "nonsense";
