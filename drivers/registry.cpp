@@ -25,6 +25,7 @@
 #include "drivers/usb/fault_transport.h"
 #include "drivers/usb/libusb_transport.h"
 #include "drivers/usb/recording_transport.h"
+#include "drivers/usb/replay_fault.h"
 #include "drivers/usb/replay_transport.h"
 #include "drivers/utc_time.h"
 #include "drivers/virtual_clock.h"
@@ -160,9 +161,13 @@ OpenedScanner open_replay(const std::string& name, const OpenOptions& options) {
   OpenedScanner opened;
   opened.recorded_comment = header.comment;
   opened.recorded_at_utc = header.started_at_utc;
-  std::unique_ptr<UsbTransport> usb = std::move(replay);
-  if (!options.replay_fault.empty()) {
-    usb = std::make_unique<FaultTransport>(std::move(usb), parse_fault(options.replay_fault));
+  std::unique_ptr<UsbTransport> usb;
+  if (options.replay_fault.empty()) {
+    usb = std::move(replay);
+  } else if (replay->identity().vendor_id == pieusb::kGenesysVendorId) {
+    usb = std::make_unique<FaultTransport>(std::move(replay), parse_fault(options.replay_fault));
+  } else {
+    usb = std::make_unique<ReplayFault>(std::move(replay), parse_fault(options.replay_fault));
   }
   opened.scanner =
       open_family(std::move(usb), clock,

@@ -9,7 +9,6 @@
 #include "core/base/error.h"
 #include "drivers/coolscan/frame_finder.h"
 #include "drivers/coolscan/metering_pass.h"
-#include "drivers/coolscan/models.h"
 #include "drivers/coolscan/window.h"
 #include "drivers/utc_time.h"
 
@@ -35,8 +34,7 @@ Coolscan::Coolscan(ScsiLink link, std::shared_ptr<Clock> clock, OpenAs open_as)
       unit_(*link_.device, *clock_),
       open_as_(std::move(open_as)) {
   unit_.annotate("open");
-  description_.inquiry = parse_standard_inquiry(unit_.read_inquiry());
-  const Model* const model = model_by_product(description_.inquiry.product);
+  const Model* const model = identify();
   if (model == nullptr) {
     throw DeviceError(DeviceError::Kind::kProtocol,
                       "This is not a scanner that the program knows: \"" +
@@ -54,6 +52,24 @@ Coolscan::Coolscan(ScsiLink link, std::shared_ptr<Clock> clock, OpenAs open_as)
     unit_.set_units_per_inch(description_.addresses.max_dpi);
   }
   read_curves();
+}
+
+const Model* Coolscan::identify() {
+  constexpr int kAttempts = 3;
+  for (int attempt = 1;; ++attempt) {
+    try {
+      description_.inquiry = parse_standard_inquiry(unit_.read_inquiry());
+      const Model* const model = model_by_product(description_.inquiry.product);
+      if (model != nullptr || attempt == kAttempts) return model;
+    } catch (const DeviceError& error) {
+      // A unit answers this command in every state.
+      const bool answered = error.kind() != DeviceError::Kind::kTimeout &&
+                            error.kind() != DeviceError::Kind::kDisconnected;
+      if (!answered || attempt == kAttempts) throw;
+    }
+    // What a program that died left in the pipe comes as the answer to the first command.
+    link_.device->resynchronise();
+  }
 }
 
 Coolscan::~Coolscan() {

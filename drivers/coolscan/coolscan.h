@@ -6,6 +6,7 @@
 
 #include "core/base/clock.h"
 #include "drivers/coolscan/ccd_curves.h"
+#include "drivers/coolscan/models.h"
 #include "drivers/coolscan/plan.h"
 #include "drivers/coolscan/scan_pass.h"
 #include "drivers/coolscan/unit.h"
@@ -46,6 +47,7 @@ class Coolscan final : public Scanner {
  private:
   void describe_unit();
   void read_curves();
+  const Model* identify();  // absent for a unit that is no scanner of this family
   void read_film_state();
   bool prepare(const ScanPlan& plan, ScanObserver& observer, const std::stop_token& stop);
   void send_tables(bool infrared);

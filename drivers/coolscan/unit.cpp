@@ -112,6 +112,7 @@ std::optional<Bytes> Unit::read_page(std::uint8_t page) {
   const ScsiReply reply = run(cdb, {}, head, kCommandTimeout);
   if (refused(reply.sense)) return std::nullopt;
   if (!reply.good) throw sense_error(reply.sense, cdb.describe());
+  if (reply.received != head.size()) throw protocol_error(cdb.describe() + ": no whole head");
   // [1] is the page code; a page of an adapter that is not there comes back without content.
   const std::size_t n_bytes = std::min<std::size_t>(kPageHeadBytes + u8_at(head, 3), 0xFF);
   Bytes data(n_bytes);
@@ -145,6 +146,7 @@ std::optional<Bytes> Unit::read_data(DataType type, Colour colour) {
   const ScsiReply reply = run(cdb, {}, head, kCommandTimeout);
   if (refused(reply.sense)) return std::nullopt;
   if (!reply.good) throw sense_error(reply.sense, cdb.describe());
+  if (reply.received != head.size()) throw protocol_error(cdb.describe() + ": no whole head");
   const std::size_t n_bytes = data_length(head);
   if (n_bytes > kMaxDataBytes) throw protocol_error(cdb.describe() + " → " + hex_of(head));
   if (n_bytes == 0) return head;

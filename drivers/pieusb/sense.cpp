@@ -25,6 +25,10 @@ constexpr PieMeaning kPieMeanings[] = {
      "again; if it happens again it needs service."},
     {0x05, 0x20, 0x00,
      "The scanner has no more lines, or does not know the command; this model cannot do that."},
+    // A pass cannot be ended from outside without harm (README, Never).
+    {0x05, 0x2C, kEvery,
+     "The scanner is in the middle of a scan that another program left. Switch it off, wait ten "
+     "seconds, switch it on again and repeat the scan."},
     {0x05, kEvery, kEvery, "The scanner refused a setting that it does not support."},
     {0x06, 0x00, 0x06, "The scanner broke off the transfer. Scan again."},
     {0x06, 0x1A, 0x00, "The scanner refused the length of a command. Scan again."},

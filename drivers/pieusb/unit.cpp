@@ -33,6 +33,10 @@ DeviceError lost_data(const Cdb& cdb) {
           describe(cdb)};
 }
 
+// Not about the command that it answers: the unit was switched on, or another program left before
+// it had read what its SCAN was answered.
+bool is_notice(const Sense& sense) { return power_on(sense) || must_calibrate(sense); }
+
 }  // namespace
 
 int lines_for_read(int lines_left, std::size_t line_bytes) {
@@ -45,7 +49,7 @@ ScsiReply Unit::receive(const Cdb& cdb, std::span<std::byte> in) {
   ScsiReply reply;
   for (int notice = 0; notice < kPowerOnNotices; ++notice) {
     reply = scsi_.receive(cdb, in, kPieCommandTimeout);
-    if (reply.good || !power_on(reply.sense)) break;
+    if (reply.good || !is_notice(reply.sense)) break;
   }
   return reply;
 }
@@ -65,7 +69,7 @@ void Unit::run(const Cdb& cdb, ByteView out) {
     reply = out.empty() ? scsi_.command(cdb, kPieCommandTimeout)
                         : scsi_.send(cdb, out, kPieCommandTimeout);
     if (reply.good) return;
-    if (!power_on(reply.sense)) break;
+    if (!is_notice(reply.sense)) break;
   }
   throw pie_error(reply.sense, describe(cdb));
 }
@@ -107,7 +111,7 @@ bool Unit::wait_idle(Duration limit, const std::stop_token& stop) {
   while (true) {
     const ScsiReply reply = scsi_.command(cdb, kPieCommandTimeout);
     if (reply.good) return true;
-    const bool wait = reply.sense.is(SenseKey::kNotReady) || power_on(reply.sense);
+    const bool wait = reply.sense.is(SenseKey::kNotReady) || is_notice(reply.sense);
     if (!wait) throw pie_error(reply.sense, describe(cdb));
     if (stop.stop_requested()) return false;
     if (clock_.now() >= until) {

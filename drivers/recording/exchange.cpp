@@ -18,6 +18,11 @@ bool is_command(const UsbTransfer& transfer) {
          (transfer.data.size() == 6 || transfer.data.size() == 10);
 }
 
+// Ports of a PIE bridge: the sequence that opens the command port, the port itself, its status.
+constexpr std::uint8_t kKnockPort = 0x88, kBridgeCommandPort = 0x85, kBridgeStatusPort = 0x84;
+
+std::uint8_t port_of(const UsbTransfer& transfer) { return u8_at(*transfer.setup, 2); }
+
 bool writes_vendor_port(const UsbTransfer& transfer) {
   return transfer.type == UsbTransferType::kControl && transfer.setup &&
          is_vendor_request(*transfer.setup) && u8_at(*transfer.setup, 0) == 0x40;
@@ -84,6 +89,38 @@ void ExchangeReader::add(Exchange& exchange, const UsbTransfer& transfer) {
   exchange.out.insert(exchange.out.end(), transfer.data.begin(), transfer.data.end());
 }
 
+// From the knocking at the command port to the next one: the command, data and status in between.
+void ExchangeReader::take_bridge_command(Exchange& exchange, UsbTransfer transfer) {
+  exchange.kind = Exchange::Kind::kBridge;
+  std::optional<UsbTransfer> next = std::move(transfer);
+  for (bool first = true; next; first = false) {
+    const bool bulk = next->type == UsbTransferType::kBulk;
+    const bool vendor = next->setup && is_vendor_request(*next->setup);
+    const bool knocks = vendor && !next->in() && port_of(*next) == kKnockPort;
+    const bool begun = !exchange.command.empty() || !exchange.status.empty();
+    if (!first && ((knocks && begun) || !next->comment.empty())) break;
+    exchange.last_packet = next->packet_number;
+    exchange.ended_us = next->ended_us;
+    if (next->status != 0 && exchange.transfer_status == 0) {
+      exchange.transfer_status = next->status;
+    }
+    if (bulk) {
+      exchange.in_bytes += next->moved_bytes;
+      const auto n = static_cast<std::ptrdiff_t>(
+          std::min(Exchange::kKeptBytes - exchange.in.size(), next->data.size()));
+      exchange.in.insert(exchange.in.end(), next->data.begin(), next->data.begin() + n);
+    } else if (vendor && next->in() && port_of(*next) == kBridgeStatusPort) {
+      exchange.status = std::move(next->data);
+    } else if (vendor && !next->in() && port_of(*next) == kBridgeCommandPort) {
+      Bytes& to =
+          exchange.command.size() < Exchange::kBridgeCdbBytes ? exchange.command : exchange.out;
+      to.insert(to.end(), next->data.begin(), next->data.end());
+    }
+    next = next_transfer();
+  }
+  ahead_ = std::move(next);
+}
+
 // The last IN transfer is the status block, what came before it is data.
 void ExchangeReader::settle(Exchange& exchange, std::vector<Bytes>& ins) {
   // Without a data phase it may be padded to a whole packet.
@@ -112,6 +149,11 @@ std::optional<Exchange> ExchangeReader::next() {
     exchange.ended_us = transfer->ended_us;
     exchange.phase = phase_;
     exchange.transfer_status = transfer->status;
+    if (writes_vendor_port(*transfer) && port_of(*transfer) == kKnockPort) {
+      exchange.number = ++n_exchanges_;
+      take_bridge_command(exchange, std::move(*transfer));
+      return exchange;
+    }
     if (transfer->type == UsbTransferType::kControl && transfer->setup) {
       exchange.kind = Exchange::Kind::kControl;
       exchange.number = ++n_exchanges_;

@@ -14,9 +14,10 @@
 
 namespace reseau {
 
-// One command of Nikon's wrapper with everything that belonged to it, or one control transfer.
+// One command of Nikon's wrapper or of a PIE bridge with everything that belonged to it, or one
+// control transfer.
 struct Exchange {
-  enum class Kind { kCommand, kControl };
+  enum class Kind { kCommand, kBridge, kControl };
   Kind kind = Kind::kCommand;
   int number = 0;                  // from 1, over the recording
   std::uint64_t first_packet = 0;  // as Wireshark counts
@@ -30,11 +31,13 @@ struct Exchange {
   Bytes out;                   // data to the unit
   Bytes in;                    // data from it: the first kKeptBytes
   std::uint64_t in_bytes = 0;  // that came, or that the capture says came
-  Bytes status;                // 8 bytes; empty when the capture has none
-  int transfer_status = 0;     // 0 or the errno of the first transfer that failed, negative
+  Bytes status;  // 8 bytes, of a bridge 1: its port's last answer; empty when the capture has none
+  int transfer_status = 0;  // 0 or the errno of the first transfer that failed, negative
   static constexpr std::size_t kKeptBytes = 4096;
   // Of Nikon's wrapper: the status block, and what the unit answers to a phase query.
   static constexpr std::size_t kStatusBytes = 8;
+  static constexpr std::size_t kBridgeCdbBytes = 6;
+  static constexpr std::uint8_t kBridgeCheck = 0x02;  // status: there is something to say
   static constexpr int kPhaseStatus = 1, kPhaseOut = 2, kPhaseIn = 3;
 };
 
@@ -65,6 +68,7 @@ class ExchangeReader {
  private:
   [[nodiscard]] std::optional<UsbTransfer> next_transfer();
   void add(Exchange& exchange, const UsbTransfer& transfer);
+  void take_bridge_command(Exchange& exchange, UsbTransfer transfer);
   static void settle(Exchange& exchange, std::vector<Bytes>& ins);
 
   RecordedDevice device_;

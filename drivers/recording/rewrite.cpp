@@ -80,6 +80,13 @@ class Blanker {
   std::vector<std::string> secrets_;
 };
 
+// Asked of every USB device, not of a scanner.
+bool is_standard_request(const Exchange& exchange) {
+  constexpr unsigned kKind = 0x60;
+  return exchange.kind == Exchange::Kind::kControl &&
+         (exchange.command.empty() || (u8_at(exchange.command, 0) & kKind) == 0);
+}
+
 // Which packets of submissions stay: the part, and what described the unit before its first
 // command.
 std::vector<PacketSpan> spans_to_keep(const std::filesystem::path& from,
@@ -88,7 +95,7 @@ std::vector<PacketSpan> spans_to_keep(const std::filesystem::path& from,
   ExchangeReader reader(from);
   bool before_commands = true;
   while (const auto exchange = reader.next()) {
-    const bool describes = before_commands && exchange->kind == Exchange::Kind::kControl;
+    const bool describes = before_commands && is_standard_request(*exchange);
     before_commands = before_commands && describes;
     const bool chosen = exchange->number >= options.first_exchange &&
                         exchange->number <= options.last_exchange &&
@@ -116,7 +123,7 @@ RewriteResult rewrite_recording(const std::filesystem::path& from, const std::fi
                      "numbers and phases.");
   }
   ExchangeReader device_reader(from);
-  const RecordedDevice device = device_reader.device();
+  const RecordedDevice& device = device_reader.device();
   const Blanker blanker(options, device);
   CaptureReader packets(from);
   std::optional<UsbPacket> packet = packets.next();

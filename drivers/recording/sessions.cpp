@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <optional>
 
-#include "drivers/coolscan/explain.h"
 #include "drivers/pieusb/models.h"
 #include "drivers/recording/exchange.h"
 #include "drivers/recording/exchange_text.h"
@@ -37,14 +36,21 @@ void check_exchange(const Exchange& e, SessionCheck& check) {
       return;
     }
     check.problems.push_back("Command " + std::to_string(e.number) + " (packet " +
-                             std::to_string(e.first_packet) + ", " +
-                             coolscan::name_of_command(e.command) + "): " + what);
+                             std::to_string(e.first_packet) + ", " + name_of(e) + "): " + what);
   };
   if (e.transfer_status != 0) {
     ++check.n_failed_transfers;
     return;
   }
   if (e.kind == Exchange::Kind::kControl) return;
+  if (e.kind == Exchange::Kind::kBridge) {
+    if (e.command.empty() || e.status.empty()) {
+      problem("it has no status; the capture has a hole or ends here.");
+    } else if (u8_at(e.status, 0) == Exchange::kBridgeCheck) {
+      ++check.n_refused;
+    }
+    return;
+  }
   if (!e.wrapper_phase) {
     problem("it was never asked for its phase; the capture has a hole or ends here.");
   } else if (*e.wrapper_phase == Exchange::kPhaseOut && e.out.empty()) {
@@ -80,8 +86,7 @@ ShownSession show_session(const std::filesystem::path& file,
     shown.duration_ms = static_cast<double>(e->ended_us - e->started_us) / 1e3;
     shown.phase = e->phase;
     shown.command_hex = hex_of(e->command);
-    shown.command = e->kind == Exchange::Kind::kControl ? "control " + shown.command_hex
-                                                        : coolscan::name_of_command(e->command);
+    shown.command = name_of(*e);
     shown.out_bytes = e->out.size();
     shown.in_bytes = e->in_bytes;
     shown.status_hex = hex_of(e->status);

@@ -124,8 +124,10 @@ std::uint8_t NikonUsbScsi::query_phase(const Cdb& cdb, TimePoint until) {
   bool was_busy = false;
   for (;;) {
     usb_.bulk_out(kOut, {&kPhaseQuery, 1}, remaining(until));
+    // After "busy" a missing answer means that the command was not taken, at any speed: one that
+    // follows a query which never arrived is taken for the query.
     const Duration patience =
-        full_speed() ? std::min(kLostCommand, remaining(until)) : remaining(until);
+        full_speed() || was_busy ? std::min(kLostCommand, remaining(until)) : remaining(until);
     std::size_t n = 0;
     try {
       n = usb_.bulk_in(kIn, packet_, patience);

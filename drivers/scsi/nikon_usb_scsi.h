@@ -25,6 +25,7 @@ class NikonUsbScsi final : public ScsiDevice {
   [[nodiscard]] ScsiReply receive(const Cdb& cdb, std::span<std::byte> in,
                                   Duration timeout) override;
   void annotate(std::string_view phase) override { usb_.annotate(phase); }
+  void resynchronise() override;
 
  private:
   struct CommandLost {};  // answered "busy", then nothing: the unit never took the command
@@ -39,7 +40,6 @@ class NikonUsbScsi final : public ScsiDevice {
   };
   DataPhase read_data(const Cdb& cdb, std::span<std::byte> in, TimePoint until);
   ScsiReply read_status(const Cdb& cdb, TimePoint until);
-  void resynchronise();
   void reset();
   [[nodiscard]] Duration remaining(TimePoint until) const;
   [[nodiscard]] bool full_speed() const { return max_packet_bytes_ < 512; }

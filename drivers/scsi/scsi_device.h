@@ -33,6 +33,9 @@ class ScsiDevice {
                                           Duration timeout) = 0;
   // Passed on to the transport, for recordings.
   virtual void annotate(std::string_view phase) = 0;
+  // Drops answers that belong to no command of ours: a program that died in the middle of one
+  // leaves them. Nothing to do on a link that keeps commands and answers together.
+  virtual void resynchronise() {}
 };
 
 }  // namespace reseau

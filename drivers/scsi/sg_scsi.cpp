@@ -53,6 +53,8 @@ Sense decode_sense_data(ByteView data) {
     if (data.size() > 3) sense.ascq = u8_at(data, 3);
     return sense;
   }
+  // Anything else is no sense data.
+  if (form != 0x70 && form != 0x71) return sense;
   const std::uint8_t flags = u8_at(data, 2);
   sense.key = flags & 0x0F;
   sense.short_read = (flags & 0x20) != 0;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "drivers/usb/usb_error.h"
 
 namespace reseau::sim {
 namespace {
@@ -12,8 +13,10 @@ namespace {
 constexpr std::uint8_t kPhaseQuery = 0xd0;
 constexpr std::uint8_t kStatusRequest = 0x06;
 
-DeviceError wire_error(DeviceError::Kind kind, const std::string& sentence, Endpoint endpoint) {
-  return {kind, sentence, "simulated unit, endpoint " + std::to_string(endpoint)};
+// What a person reads is what a real unit's failure would say.
+DeviceError wire_error(DeviceError::Kind kind, const std::string& what, Endpoint endpoint) {
+  return {kind, transfer_error(status_of(kind), endpoint, 0).what(),
+          "simulated unit, endpoint " + std::to_string(endpoint) + ": " + what};
 }
 
 int packet_bytes_of(const SimSpec& spec) {

@@ -12,6 +12,7 @@
 #include <libusb.h>
 
 #include "core/base/check.h"
+#include "drivers/usb/libusb_flights.h"
 #include "drivers/usb/usb_error.h"
 
 namespace reseau {
@@ -30,26 +31,6 @@ struct HandleDeleter {
   void operator()(libusb_device_handle* handle) const { libusb_close(handle); }
 };
 using Handle = std::unique_ptr<libusb_device_handle, HandleDeleter>;
-
-int errno_of(int libusb_code) {
-  switch (libusb_code) {
-    case LIBUSB_ERROR_TIMEOUT:
-      return ETIMEDOUT;
-    case LIBUSB_ERROR_PIPE:
-      return EPIPE;
-    case LIBUSB_ERROR_NO_DEVICE:
-      return ENODEV;
-    case LIBUSB_ERROR_OVERFLOW:
-      return EOVERFLOW;
-    default:
-      return EPROTO;
-  }
-}
-
-unsigned milliseconds(Duration timeout) {
-  // 0 would mean "for ever" to libusb.
-  return static_cast<unsigned>(std::max<Duration::rep>(1, timeout.count() / 1000));
-}
 
 Context make_context() {
   libusb_context* raw = nullptr;
@@ -128,7 +109,10 @@ void for_each_device(libusb_context* context, Visit visit) {
 class LibusbTransport final : public UsbTransport {
  public:
   LibusbTransport(Context context, Handle handle, UsbIdentity identity)
-      : context_(std::move(context)), handle_(std::move(handle)), identity_(std::move(identity)) {}
+      : context_(std::move(context)),
+        handle_(std::move(handle)),
+        identity_(std::move(identity)),
+        flights_(context_.get(), handle_.get()) {}
   ~LibusbTransport() override { libusb_release_interface(handle_.get(), kInterface); }
   LibusbTransport(const LibusbTransport&) = delete;
   LibusbTransport& operator=(const LibusbTransport&) = delete;
@@ -144,8 +128,8 @@ class LibusbTransport final : public UsbTransport {
       int done = 0;
       const int code =
           libusb_bulk_transfer(handle_.get(), endpoint, bytes, static_cast<int>(part.size()), &done,
-                               milliseconds(timeout));
-      if (code != 0) throw transfer_error(errno_of(code), endpoint, part.size());
+                               libusb_milliseconds(timeout));
+      if (code != 0) throw transfer_error(errno_of_libusb(code), endpoint, part.size());
       data = data.subspan(static_cast<std::size_t>(done));
     }
   }
@@ -154,16 +138,9 @@ class LibusbTransport final : public UsbTransport {
     // Anything but whole packets lets a full packet overflow the buffer.
     CHECK(!buffer.empty() &&
           buffer.size() % static_cast<std::size_t>(identity_.max_packet_bytes) == 0);
-    const std::size_t asked = std::min(buffer.size(), kMaxTransferBytes);
-    int done = 0;
-    const int code = libusb_bulk_transfer(handle_.get(), endpoint,
-                                          reinterpret_cast<unsigned char*>(buffer.data()),
-                                          static_cast<int>(asked), &done, milliseconds(timeout));
-    // What came before a timeout is data, not an error.
-    if (code == 0 || (code == LIBUSB_ERROR_TIMEOUT && done > 0)) {
-      return static_cast<std::size_t>(done);
-    }
-    throw transfer_error(errno_of(code), endpoint, asked);
+    if (const auto kept = flights_.take_kept(endpoint, buffer)) return *kept;
+    return flights_.read(endpoint, buffer.first(std::min(buffer.size(), kMaxTransferBytes)),
+                         timeout);
   }
 
   void control_out(const ControlRequest& request, std::span<const std::byte> data,
@@ -184,13 +161,14 @@ class LibusbTransport final : public UsbTransport {
 
   void clear_halt(Endpoint endpoint) override {
     const int code = libusb_clear_halt(handle_.get(), endpoint);
-    if (code != 0) throw transfer_error(errno_of(code), endpoint, 0);
+    if (code != 0) throw transfer_error(errno_of_libusb(code), endpoint, 0);
   }
 
   void reset() override {
+    flights_.forget();
     const int code = libusb_reset_device(handle_.get());
     if (code == LIBUSB_ERROR_NOT_FOUND) throw transfer_error(ENODEV, 0, 0);
-    if (code != 0) throw transfer_error(errno_of(code), 0, 0);
+    if (code != 0) throw transfer_error(errno_of_libusb(code), 0, 0);
   }
 
  private:
@@ -199,14 +177,15 @@ class LibusbTransport final : public UsbTransport {
     CHECK(size <= 0xFFFF);
     const int code = libusb_control_transfer(
         handle_.get(), request.type, request.request, request.value, request.index, bytes,
-        static_cast<std::uint16_t>(size), milliseconds(timeout));
+        static_cast<std::uint16_t>(size), libusb_milliseconds(timeout));
     if (code >= 0) return static_cast<std::size_t>(code);
-    throw transfer_error(errno_of(code), request.type & 0x80, size);
+    throw transfer_error(errno_of_libusb(code), request.type & 0x80, size);
   }
 
   Context context_;
   Handle handle_;
   UsbIdentity identity_;
+  BulkFlights flights_;
 };
 
 struct ConfigDeleter {

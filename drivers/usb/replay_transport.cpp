@@ -1,6 +1,7 @@
 #include "drivers/usb/replay_transport.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "core/base/error.h"
@@ -42,7 +43,7 @@ ReplayTransport::ReplayTransport(const std::filesystem::path& path, VirtualClock
       clock_start_(clock.now()) {
   find_device();
   header_ = decode_session_header(transfers_.comment());
-  start_us_ = first_->started_us;
+  start_us_ = ahead_.front().started_us;
 }
 
 void ReplayTransport::find_device() {
@@ -69,7 +70,7 @@ void ReplayTransport::find_device() {
     bus_ = device->bus;
     device_ = device->device;
     identity_ = device->identity;
-    first_ = std::move(transfer);
+    ahead_.push_back(*std::move(transfer));
     return;
   }
   throw InputError("The recording " + path_.string() +
@@ -78,7 +79,11 @@ void ReplayTransport::find_device() {
 }
 
 std::optional<UsbTransfer> ReplayTransport::next_of_device() {
-  if (first_) return std::exchange(first_, std::nullopt);
+  if (!ahead_.empty()) {
+    UsbTransfer transfer = std::move(ahead_.front());
+    ahead_.pop_front();
+    return transfer;
+  }
   while (auto transfer = transfers_.next()) {
     if (transfer->bus != bus_ || transfer->device != device_) continue;
     if (transfer->type == UsbTransferType::kBulk) return transfer;
@@ -103,7 +108,18 @@ UsbTransfer ReplayTransport::take(const std::string& asked) {
   }
   if (!transfer->comment.empty()) phase_ = transfer->comment;
   ++n_transfers_;
+  const bool command =
+      transfer->type == UsbTransferType::kBulk && !transfer->in() && has_cdb_size(transfer->data);
+  if (command) taken_.clear();
+  taken_.push_back(*transfer);
   return *std::move(transfer);
+}
+
+void ReplayTransport::to_last_command() {
+  ahead_.insert(ahead_.begin(), std::make_move_iterator(taken_.begin()),
+                std::make_move_iterator(taken_.end()));
+  n_transfers_ -= static_cast<long>(taken_.size());
+  taken_.clear();
 }
 
 void ReplayTransport::bulk_out(Endpoint endpoint, std::span<const std::byte> data,

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "drivers/usb/capture_reader.h"
@@ -31,6 +33,9 @@ class ReplayTransport final : public UsbTransport {
   ReplayTransport(const std::filesystem::path& path, VirtualClock& clock, Decoder decode);
   // Called before each transfer is answered with the time that it ended at, counted from the first.
   void set_pace(std::function<void(Duration)> pace) { pace_ = std::move(pace); }
+
+  // Plays from the last command again, for a program that has to repeat it.
+  void to_last_command();
 
   [[nodiscard]] const SessionHeader& header() const { return header_; }
   [[nodiscard]] const UsbIdentity& identity() const override { return identity_; }
@@ -65,7 +70,8 @@ class ReplayTransport final : public UsbTransport {
   UsbIdentity identity_;
   std::uint16_t bus_ = 0;
   std::uint8_t device_ = 0;
-  std::optional<UsbTransfer> first_;  // read while the device was looked for
+  std::deque<UsbTransfer> ahead_;   // read already, still to be played
+  std::vector<UsbTransfer> taken_;  // played since the last command, that one included
   std::optional<DeviceError> ended_;
   std::int64_t start_us_ = 0;
   TimePoint clock_start_;

@@ -7,14 +7,14 @@ namespace {
 
 // Three lines, then the comment: readable in Wireshark's file properties.
 constexpr std::string_view kMagic = "reseau session 1\n";
-constexpr std::string_view kDevice = "device: ";
+constexpr std::string_view kDeviceField = "device: ";
 constexpr std::string_view kStarted = "\nstarted_at_utc: ";
 
 }  // namespace
 
 std::string encode_session_header(const SessionHeader& header) {
   std::string text(kMagic);
-  text += kDevice;
+  text += kDeviceField;
   text += header.device_name;
   text += kStarted;
   text += header.started_at_utc;
@@ -24,7 +24,7 @@ std::string encode_session_header(const SessionHeader& header) {
 
 SessionHeader decode_session_header(const std::string& text) {
   SessionHeader header;
-  const std::string head = std::string(kMagic) + std::string(kDevice);
+  const std::string head = std::string(kMagic) + std::string(kDeviceField);
   const std::size_t started = text.find(kStarted);
   const std::size_t end =
       started == std::string::npos ? started : text.find('\n', started + kStarted.size());

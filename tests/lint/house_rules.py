@@ -32,7 +32,8 @@ INCLUDE_TABLE = [
 
 # Headers of libraries and systems: (header, the files that may include it, the reason).
 HEADER_RULES = [
-    (r"libusb.*", r"drivers/usb/libusb_transport\.cpp$", "libusb is used in one file only"),
+    (r"libusb.*", r"drivers/usb/libusb_(transport|flights)\.cpp$",
+     "libusb is used in drivers/usb/libusb_*.cpp only"),
     (r"tbb/.*", r"core/base/parallel\.cpp$", "oneTBB is used in one file only: core/base/parallel.h"),
     (r"(ceres|glog)/.*", r"(calibration/(?!profile/).*\.cpp|tests/.*)$",
      "Ceres is used in .cpp files of calibration only"),

@@ -85,8 +85,8 @@ class HouseRules(unittest.TestCase):
         self.expect_breach("core/base/x.cpp", '#include "core/base/gone.h"\n', "does not exist")
 
     def test_libusb_has_one_home(self):
-        self.expect_breach("drivers/usb/x.cpp", "#include <libusb.h>\n", "one file")
-        self.expect_breach("tests/unit/x.cpp", "#include <libusb-1.0/libusb.h>\n", "one file")
+        self.expect_breach("drivers/usb/x.cpp", "#include <libusb.h>\n", "libusb_*.cpp")
+        self.expect_breach("tests/unit/x.cpp", "#include <libusb-1.0/libusb.h>\n", "libusb_*.cpp")
 
     def test_ceres_stays_in_source_files_of_calibration(self):
         self.expect_breach("calibration/edge/x.h", "#pragma once\n#include <ceres/ceres.h>\n",

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "drivers/families.h"
 #include "drivers/registry.h"
 #include "drivers/usb/capture_reader.h"
 #include "drivers/usb/pcapng_writer.h"
@@ -168,6 +169,38 @@ TEST_F(Sessions, TrimKeepsThePartAndWhatTheUnitIs) {
   EXPECT_THROW(rewrite_session(file_, dir_ / "none.pcapng", options), InputError);
 }
 
+// A bridge's commands come byte by byte, and its data in transfers of another kind.
+TEST_F(Sessions, CommandsOfAPieUnitAreShownAnonymisedAndPlayAgain) {
+  const auto clock = std::make_shared<VirtualClock>();
+  Outcome live;
+  ScanRequest request;
+  request.resolution_dpi = 300;
+  request.area = {3.0, 4.0, 4.0, 3.0};
+  {
+    auto usb = std::make_unique<RecordingTransport>(
+        sim::open_simulated_unit("sim:crystalscan3600?noise=0&film=none"), *clock, file_,
+        SessionHeader{"sim:crystalscan3600", "2026-11-24T00:00:00Z", ""});
+    live =
+        scan_of(*open_family(std::move(usb), clock, {"sim:test", "2026-11-24T00:00:00Z"}), request);
+  }
+  ASSERT_TRUE(live.complete);
+  std::string text;
+  const ShownSession session = show_session(file_, [&](const ShownExchange& e) { text += e.text; });
+  EXPECT_EQ(session.device, "05e3:0145");
+  for (const char* const part : {"INQUIRY", "MODE SELECT", "REQUEST SENSE", "wants to calibrate",
+                                 "sent 16 bytes: 00 0F", "[scan]", "good"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part;
+  }
+  const SessionCheck check = check_session(file_);
+  EXPECT_TRUE(check.problems.empty()) << check.problems.front();
+  RewriteOptions options;
+  options.blank_serial = true;
+  const std::filesystem::path copy = dir_ / "copy.pcapng";
+  EXPECT_EQ(rewrite_session(file_, copy, options).n_packets_left_out, 0);
+  const OpenedScanner opened = open_scanner("replay:" + copy.string(), {});
+  EXPECT_TRUE(scan_of(*opened.scanner, request).samples == live.samples);
+}
+
 // USBPcap: no length asked for, 27-byte headers, another device on the bus.
 void write_usbpcap(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::ofstream file(to, std::ios::binary);
@@ -284,8 +317,18 @@ TEST_F(Sessions, AReplayThatDiffersNamesByteCommandAndSource) {
 }
 
 TEST_F(Sessions, AReplayTakesFaultsByPositionAndAPace) {
-  (void)record(file_);
+  const Outcome live = record(file_);
   OpenOptions options;
+  // The driver repeats the command, and the recording plays it again.
+  for (const char* const kind : {"stall@", "timeout@", "short@"}) {
+    for (int n = 0; n < 100; n += 3) {
+      options.replay_fault = kind + std::to_string(n);
+      SCOPED_TRACE(options.replay_fault);
+      EXPECT_TRUE(
+          scan_of(*open_scanner("replay:" + file_.string(), options).scanner, small_request())
+              .samples == live.samples);
+    }
+  }
   options.replay_fault = "disconnect@40";
   EXPECT_THROW(open_scanner("replay:" + file_.string(), options), DeviceError);
   options.replay_fault = "nonsense";

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "drivers/usb/usb_error.h"
 
 namespace reseau::sim::pie {
 namespace {
@@ -33,8 +34,10 @@ constexpr std::array<Knock, 11> kKnocks{{{0x88, 0xff},
 constexpr std::size_t kModeKnock = 7;
 constexpr std::uint8_t kScsi = 0xe0, kBridgeReset = 0x30;
 
-DeviceError bridge_error(DeviceError::Kind kind, const std::string& sentence, Endpoint endpoint) {
-  return {kind, sentence, "simulated unit, endpoint " + std::to_string(endpoint)};
+// What a person reads is what a real unit's failure would say.
+DeviceError bridge_error(DeviceError::Kind kind, const std::string& what, Endpoint endpoint) {
+  return {kind, transfer_error(status_of(kind), endpoint, 0).what(),
+          "simulated unit, endpoint " + std::to_string(endpoint) + ": " + what};
 }
 
 }  // namespace
@@ -45,6 +48,15 @@ PieUsb::PieUsb(const PieModel& model, const SimSpec& spec)
   identity_.product_id = model.product_id;
   identity_.bcd_device = 0x0100;
   identity_.bulk_in = kPieBulkIn;
+  if (spec.unit.full_speed) identity_.max_packet_bytes = 64;
+  if (spec.unit.stale_bytes > 0) {
+    // A program died in the middle of a READ: its data wait, and half of its next command came.
+    in_.assign(static_cast<std::size_t>(spec.unit.stale_bytes), 0x00);
+    announced_ = in_.size();
+    status_ = kDataReady;
+    selected_ = true;
+    cdb_ = {0x08, 0x00, 0x00};
+  }
 }
 
 void PieUsb::count_transfer(Endpoint endpoint) {
@@ -54,7 +66,8 @@ void PieUsb::count_transfer(Endpoint endpoint) {
                        endpoint);
   }
   const bool silent = faults_.silent_after > 0 && n_transfers_ > faults_.silent_after;
-  if (silent || unit_.hung()) {
+  const bool late = faults_.timeout_after > 0 && n_transfers_ == faults_.timeout_after;
+  if (silent || late || unit_.hung()) {
     throw bridge_error(DeviceError::Kind::kTimeout, "The simulated scanner did not answer in time.",
                        endpoint);
   }
@@ -106,7 +119,9 @@ std::size_t PieUsb::control_in(const ControlRequest& request, std::span<std::byt
   } else {
     buffer[0] = std::byte{status_};
   }
-  return 1;
+  constexpr std::byte kNoise{0xa5};
+  if (faults_.garbage_after > 0 && ++n_statuses_ == faults_.garbage_after) buffer[0] = kNoise;
+  return short_now() ? 0 : 1;
 }
 
 void PieUsb::write_port(int port, std::uint8_t value) {
@@ -194,7 +209,11 @@ std::size_t PieUsb::bulk_in(Endpoint endpoint, std::span<std::byte> buffer, Dura
   in_sent_ += n;
   announced_ -= n;
   if (in_sent_ == in_.size()) status_ = kGood;
-  return n;
+  return short_now() ? n / 2 : n;
+}
+
+bool PieUsb::short_now() const {
+  return faults_.short_after > 0 && n_transfers_ == faults_.short_after;
 }
 
 void PieUsb::clear_halt(Endpoint endpoint) {

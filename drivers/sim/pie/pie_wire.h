@@ -31,11 +31,13 @@ class PieUsb final : public UsbTransport {
   void knock(int port, std::uint8_t value);
   void take_command_byte(std::uint8_t value);
   void execute();
+  [[nodiscard]] bool short_now() const;  // this transfer loses half of what it moves
 
   UnitSpec faults_;
   PieUnit unit_;
   UsbIdentity identity_;
   std::int64_t n_transfers_ = 0;
+  int n_statuses_ = 0;
   bool halted_ = false;  // the bulk pipe; every request waits for it in vain
   std::size_t n_knocks_ = 0;
   std::uint8_t knocked_mode_ = 0;

@@ -53,6 +53,18 @@ TEST(NikonUsbScsi, AsksAgainWhileTheUnitIsBusy) {
   EXPECT_GE(clock.now().time_since_epoch(), 10ms);
 }
 
+// A query that got lost: the unit took the next command for it, and answers no more.
+TEST(NikonUsbScsi, SendsAgainWhatABusyUnitAnswersNoMoreWellBeforeTheDeadline) {
+  VirtualClock clock;
+  ScriptedTransport usb;
+  usb.out(kTestUnitReady).out(kQuery).in(bytes_of({4})).out(kQuery).in_fails(ETIMEDOUT);
+  usb.out(kTestUnitReady).out(kQuery).in(bytes_of({1})).in(kGood);
+  NikonUsbScsi scsi(usb, clock);
+  EXPECT_TRUE(scsi.command(coolscan::test_unit_ready(), 180s).good);
+  EXPECT_GT(usb.in_timeouts.at(0), 100s) << "a cold unit takes its time";
+  EXPECT_LE(usb.in_timeouts.at(1), 7s);
+}
+
 TEST(NikonUsbScsi, GivesUpOnAUnitThatStaysBusy) {
   VirtualClock clock;
   ScriptedTransport usb;

@@ -3,6 +3,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -39,8 +40,9 @@ class ScriptedTransport final : public UsbTransport {
     EXPECT_FALSE(step.in);
     EXPECT_EQ(hex_of(step.data), hex_of(data));
   }
-  std::size_t bulk_in(Endpoint endpoint, std::span<std::byte> buffer, Duration) override {
+  std::size_t bulk_in(Endpoint endpoint, std::span<std::byte> buffer, Duration timeout) override {
     const Step step = take();
+    in_timeouts.push_back(timeout);
     EXPECT_TRUE(step.in);
     EXPECT_EQ(buffer.size() % static_cast<std::size_t>(identity_.max_packet_bytes), 0U);
     if (step.status != 0) throw transfer_error(step.status, endpoint, buffer.size());
@@ -52,6 +54,7 @@ class ScriptedTransport final : public UsbTransport {
   void reset() override {}
 
   int n_clear_halts = 0;
+  std::vector<Duration> in_timeouts;
 
  private:
   struct Step {
