@@ -167,10 +167,13 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   const PictureFrame frame(options.frame, registration, format.width_px, height);
   ReconstructionReport report;
 
+  const double light = options.white_level - options.black_level;
   auto start = Clock::now();
   Sharpness sharpness;
-  with_threads(options.n_threads,
-               [&] { sharpness = measure_sharpness(source, registration, options.tone, stop); });
+  with_threads(options.n_threads, [&] {
+    sharpness =
+        measure_sharpness(source, registration, options.tone, options.black_level, light, stop);
+  });
   report.sharpness = sharpness.report;
   report.seconds_sharpness = seconds_since(start);
 
@@ -204,7 +207,6 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
       sharpness.printed.pattern(sharpness.report.widths.value_or(sharpness.printed.usual));
   if (registration.map.is_affine())
     report.skipped.emplace_back("displacement grid: an affine map explains the réseau");
-  const double light = options.white_level - options.black_level;
   const Vec2 shift = infrared ? sharpness.report.infrared_shift_px : Vec2{};
   std::optional<BlurLevels> levels;
   with_threads(options.n_threads, [&] {
@@ -216,6 +218,12 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   });
   report_conditioning(levels->levels().back(), report);
   TileSettings tile_settings{registration.map, pattern, *levels, blur, shift, options.quality, {}};
+  if (!options.exact && sharpness.dark_noise > 0 &&
+      sharpness.dark_noise <= BlankBlocks::kMostNoise) {
+    tile_settings.blank_noise_sd = sharpness.dark_noise;
+    report.skipped.emplace_back(
+        "elements and detail in places darker than 1 % of clear film that show only noise");
+  }
   std::copy(options.output_from_process.begin(), options.output_from_process.end(),
             tile_settings.output_from_process.begin());
   const TileRenderer renderer(tile_settings);

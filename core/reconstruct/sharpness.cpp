@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 
 #include "core/base/parallel.h"
+#include "core/reconstruct/blank_blocks.h"
 #include "core/reconstruct/clear_elements.h"
 #include "core/reconstruct/sharpness_fit.h"
 #include "core/screen/element_model.h"
@@ -282,6 +283,20 @@ double calmest_noise(const std::vector<ScreenTile>& tiles) {
   return *calm;
 }
 
+// Noise of a pixel's silver in the tiles that are darker than a hundredth of clear film: the
+// median, so that dust there does not count.
+double noise_of_dark(const std::vector<ScreenTile>& tiles, double black_level, double light) {
+  std::vector<double> sd;
+  for (const ScreenTile& tile : tiles) {
+    if ((tile.plain_mean - black_level) / light <= BlankBlocks::kMostMean)
+      sd.push_back(tile.plain_noise / light);
+  }
+  if (sd.empty()) return 0;
+  const auto middle = sd.begin() + static_cast<std::ptrdiff_t>(sd.size() / 2);
+  std::nth_element(sd.begin(), middle, sd.end());
+  return *middle;
+}
+
 // Whether the line (red) differs, beside green, from what it is beside blue, more than this model
 // of the réseau allows: the mean over the picture of that alternation over the light, less its own
 // error.
@@ -324,7 +339,8 @@ double line_alternation(const std::vector<ScreenTile>& tiles, const ElementModel
 }  // namespace
 
 Sharpness measure_sharpness(const LineSource& source, const Registration& registration,
-                            const ToneCurves& tone, const std::stop_token& stop) {
+                            const ToneCurves& tone, double black_level, double light,
+                            const std::stop_token& stop) {
   Sharpness result;
   const bool infrared = source.format().plane_of(Channel::kInfrared) >= 0;
   const std::size_t n_channels = infrared ? 4 : 3;
@@ -346,6 +362,7 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   const MeasuredTiles measured = measure_tiles(source, registration, tone, stop);
   const std::vector<ScreenTile>& tiles = measured.tiles;
   if (stop.stop_requested()) return result;
+  result.dark_noise = noise_of_dark(tiles, black_level, light);
   if (std::none_of(tiles.begin(), tiles.end(), [](const ScreenTile& t) { return t.used; }))
     return result;
   result.noise_ratio = calmest_noise(tiles);

@@ -23,6 +23,9 @@ struct Sharpness {
   // Of a pixel's silver, over the silver there: noise, grain and what no réseau explains, in the
   // calmest places of the picture.
   double noise_ratio = 0.003;
+  // Of a pixel's silver where there is next to no light, over that of clear film; 0 where no tile
+  // of the picture is that dark.
+  double dark_noise = 0;
   // How much red beside green is found to differ from red beside blue (amplitude over the light),
   // which this model of a film does not allow; 0 where it does not stand out.
   double line_alternation = 0;
@@ -38,6 +41,7 @@ struct Sharpness {
 // decide, and where infrared shows too little of the réseau, what it differs from RGB elsewhere.
 [[nodiscard]] Sharpness measure_sharpness(const LineSource& source,
                                           const Registration& registration, const ToneCurves& tone,
+                                          double black_level, double light,
                                           const std::stop_token& stop);
 
 }  // namespace reseau

@@ -47,6 +47,21 @@ int reach_of(const ScreenMap& map) {
   return static_cast<int>(std::ceil(kLatticeReach * std::max(x, y))) + 1;
 }
 
+// Calls body(begin, end, skip) for the runs of a row of n pixels from column x0 on; skip:
+// everything within `reach` of them is blank.
+template <typename Body>
+void for_runs(const BlankBlocks& blank, int x0, int y, int n, int reach, const Body& body) {
+  if (!blank.any()) {
+    body(0, n, false);
+    return;
+  }
+  for (int begin = 0; begin < n;) {
+    const int end = std::min(n, blank.block_end(x0 + begin) - x0);
+    body(begin, end, blank.around(x0 + begin, y, reach) && blank.around(x0 + end - 1, y, reach));
+    begin = end;
+  }
+}
+
 }  // namespace
 
 TileRenderer::TileRenderer(const TileSettings& settings)
@@ -80,8 +95,9 @@ float TileRenderer::element(const SilverRows& silver, std::size_t site, Vec2 p) 
   return first + place.toward_next * (weigh(levels[place.index + 1].elements) - first);
 }
 
-TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const PixelBounds& rect,
-                                           Vec2 origin, Vec2 lowest, Vec2 highest) const {
+TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const BlankBlocks& blank,
+                                           const PixelBounds& rect, Vec2 origin, Vec2 lowest,
+                                           Vec2 highest) const {
   Planes planes;
   const Vec2 room{kLatticeReach + 1.0, kLatticeReach + 1.0};
   const Vec2 from = lowest - room, to = highest + room;
@@ -114,6 +130,11 @@ TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const Pixel
         if (s.x < from.x || s.x > to.x || s.y < from.y || s.y > to.y) continue;
         const Vec2 p = pixel_of.at(s);
         if (p.x < area.x0 || p.x > area.x1 || p.y < area.y0 || p.y > area.y1) continue;
+        const auto x = static_cast<int>(std::floor(p.x)), y = static_cast<int>(std::floor(p.y));
+        if (blank.around(x, y, ElementKernels::kRadius + 1)) {
+          row[i] = blank.mean(x, y);
+          continue;
+        }
         row[i] =
             element(silver, first_site + static_cast<std::size_t>(lattice.site(at_i, at_j)), p);
       }
@@ -122,8 +143,8 @@ TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const Pixel
   return planes;
 }
 
-void TileRenderer::interpolate(const Planes& planes, const std::vector<ScreenPoint>& at,
-                               float* out) const {
+void TileRenderer::interpolate(const Planes& planes, const BlankBlocks& blank, int x0, int y,
+                               const std::vector<ScreenPoint>& at, float* out) const {
   const WeightTable& table = weight_table(settings_.quality);
   struct Lattice {
     float x_of_u, x_of_v, start_x, y_of_u, y_of_v, start_y;
@@ -144,28 +165,38 @@ void TileRenderer::interpolate(const Planes& planes, const std::vector<ScreenPoi
                    planes[c].values.data(),
                    planes[c].n_i};
   }
-  for (const ScreenPoint& s : at) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const Lattice& l = lattices[c];
-      const float x = s.u * l.x_of_u + s.v * l.x_of_v + l.start_x,
-                  y = s.u * l.y_of_u + s.v * l.y_of_v + l.start_y;
-      const int i = static_cast<int>(x), j = static_cast<int>(y);  // both are positive
-      const float* wx = table.at(x - static_cast<float>(i));
-      const float* wy = table.at(y - static_cast<float>(j));
-      const float* row = l.values + static_cast<std::ptrdiff_t>(j - 1) * l.n_i + (i - 1);
-      Float4 sum = wy[0] * load4(row);
-      sum += wy[1] * load4(row + l.n_i);
-      sum += wy[2] * load4(row + 2 * static_cast<std::ptrdiff_t>(l.n_i));
-      sum += wy[3] * load4(row + 3 * static_cast<std::ptrdiff_t>(l.n_i));
-      out[c] = sum4(sum * load4(wx));
+  const int reach = reach_of(settings_.map) + 2;
+  for_runs(blank, x0, y, static_cast<int>(at.size()), reach, [&](int begin, int end, bool skip) {
+    float* to =
+        out + static_cast<std::ptrdiff_t>(begin) * static_cast<std::ptrdiff_t>(kPixelFloats);
+    for (int k = begin; k < end; ++k, to += kPixelFloats) {
+      if (skip) {
+        std::fill_n(to, 3, blank.mean(x0 + k, y));
+        continue;
+      }
+      const ScreenPoint& s = at[static_cast<std::size_t>(k)];
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Lattice& l = lattices[c];
+        const float x = s.u * l.x_of_u + s.v * l.x_of_v + l.start_x,
+                    y_index = s.u * l.y_of_u + s.v * l.y_of_v + l.start_y;
+        const int i = static_cast<int>(x), j = static_cast<int>(y_index);  // both are positive
+        const float* wx = table.at(x - static_cast<float>(i));
+        const float* wy = table.at(y_index - static_cast<float>(j));
+        const float* row = l.values + static_cast<std::ptrdiff_t>(j - 1) * l.n_i + (i - 1);
+        Float4 sum = wy[0] * load4(row);
+        sum += wy[1] * load4(row + l.n_i);
+        sum += wy[2] * load4(row + 2 * static_cast<std::ptrdiff_t>(l.n_i));
+        sum += wy[3] * load4(row + 3 * static_cast<std::ptrdiff_t>(l.n_i));
+        to[c] = sum4(sum * load4(wx));
+      }
     }
-    out += kPixelFloats;
-  }
+  });
 }
 
 // What the smooth picture would give is taken off the silver; the rest is detail.
-void TileRenderer::add_detail(const SilverRows& silver, const MapGrid& silver_at,
-                              const PixelBounds& rect, const std::vector<float>& smooth_of_silver,
+void TileRenderer::add_detail(const SilverRows& silver, const BlankBlocks& blank,
+                              const MapGrid& silver_at, const PixelBounds& rect,
+                              const std::vector<float>& smooth_of_silver,
                               std::vector<float>& picture) const {
   const PixelBounds wide = rect.grown(kDetailReach);
   const auto stride = static_cast<std::ptrdiff_t>(wide.width() + 1);
@@ -198,30 +229,37 @@ void TileRenderer::add_detail(const SilverRows& silver, const MapGrid& silver_at
   for (int y = rect.y0; y < rect.y1; ++y) {
     silver_at.row(y, at);
     const float* corner = &rest[static_cast<std::size_t>((y - wide.y0 - kDetailReach) * stride)];
-    for (int x = 0; x < rect.width(); ++x, out += kPixelFloats) {
-      const ScreenPoint s = at[static_cast<std::size_t>(x + kDetailReach)];
-      if (levels.size() > 1 && x % kSigmaStep == 0) {
-        place = settings_.levels.place(
-            settings_.blur.sigma_px({static_cast<double>(rect.x0 + x), static_cast<double>(y)}));
-      }
-      const BlurLevel& level = levels[place.index + (place.toward_next > 0.5F ? 1 : 0)];
-      const float* weight = level.detail->of(s.u, s.v);
-      const float* from = corner + x;
-      std::array<Float4, 3> a{}, b{};
-      for (int row = 0; row < DetailKernels::kSide; ++row) {
-        const Float4 p0 = load4(from), p1 = load4(from + 4), p2 = load4(from + 8),
-                     p3 = load4(from + 12);
-        for (std::size_t c = 0; c < 3; ++c) {
-          a[c] += load4(weight) * p0;
-          b[c] += load4(weight + 4) * p1;
-          a[c] += load4(weight + 8) * p2;
-          b[c] += load4(weight + 12) * p3;
-          weight += DetailKernels::kRow;
+    for_runs(blank, rect.x0, y, rect.width(), kDetailReach, [&](int begin, int end, bool skip) {
+      if (skip) return;
+      for (int x = begin; x < end; ++x) {
+        const ScreenPoint s = at[static_cast<std::size_t>(x + kDetailReach)];
+        if (levels.size() > 1 && (x % kSigmaStep == 0 || x == begin)) {
+          place = settings_.levels.place(
+              settings_.blur.sigma_px({static_cast<double>(rect.x0 + x / kSigmaStep * kSigmaStep),
+                                       static_cast<double>(y)}));
         }
-        from += stride;
+        const BlurLevel& level = levels[place.index + (place.toward_next > 0.5F ? 1 : 0)];
+        const float* weight = level.detail->of(s.u, s.v);
+        const float* from = corner + x;
+        std::array<Float4, 3> a{}, b{};
+        for (int row = 0; row < DetailKernels::kSide; ++row) {
+          const Float4 p0 = load4(from), p1 = load4(from + 4), p2 = load4(from + 8),
+                       p3 = load4(from + 12);
+          for (std::size_t c = 0; c < 3; ++c) {
+            a[c] += load4(weight) * p0;
+            b[c] += load4(weight + 4) * p1;
+            a[c] += load4(weight + 8) * p2;
+            b[c] += load4(weight + 12) * p3;
+            weight += DetailKernels::kRow;
+          }
+          from += stride;
+        }
+        float* to =
+            out + static_cast<std::ptrdiff_t>(x) * static_cast<std::ptrdiff_t>(kPixelFloats);
+        for (std::size_t c = 0; c < 3; ++c) to[c] += sum4(a[c] + b[c]);
       }
-      for (std::size_t c = 0; c < 3; ++c) out[c] += sum4(a[c] + b[c]);
-    }
+    });
+    out += static_cast<std::ptrdiff_t>(rect.width()) * static_cast<std::ptrdiff_t>(kPixelFloats);
   }
 }
 
@@ -234,7 +272,9 @@ void TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, flo
       settings_.map.screen_from_scan({static_cast<double>(rect.x0), static_cast<double>(rect.y0)});
   const Vec2 origin{std::floor(corner.x), std::floor(corner.y)};
   const MapGrid picture_at(settings_.map, {}, wide, origin);
-  const Planes planes = collect(silver, wide, origin, picture_at.lowest(), picture_at.highest());
+  const BlankBlocks blank(silver, rect.grown(reach_px() - 1), settings_.blank_noise_sd);
+  const Planes planes =
+      collect(silver, blank, wide, origin, picture_at.lowest(), picture_at.highest());
   std::vector<ScreenPoint> at;
   const auto n_wide = static_cast<std::size_t>(wide.width()) * kPixelFloats;
   const auto n_row = static_cast<std::size_t>(rect.width()) * kPixelFloats;
@@ -242,7 +282,8 @@ void TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, flo
   if (!best) {
     for (int y = rect.y0; y < rect.y1; ++y) {
       picture_at.row(y, at);
-      interpolate(planes, at, &picture[n_row * static_cast<std::size_t>(y - rect.y0)]);
+      interpolate(planes, blank, rect.x0, y, at,
+                  &picture[n_row * static_cast<std::size_t>(y - rect.y0)]);
     }
   } else {
     std::vector<float> smooth(n_wide * static_cast<std::size_t>(wide.height()));
@@ -251,7 +292,8 @@ void TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, flo
     const MapGrid& silver_at = shifted ? *moved : picture_at;
     for (int y = wide.y0; y < wide.y1; ++y) {
       silver_at.row(y, at);
-      interpolate(planes, at, &smooth[n_wide * static_cast<std::size_t>(y - wide.y0)]);
+      interpolate(planes, blank, wide.x0, y, at,
+                  &smooth[n_wide * static_cast<std::size_t>(y - wide.y0)]);
     }
     for (int y = rect.y0; y < rect.y1; ++y) {
       float* to = &picture[n_row * static_cast<std::size_t>(y - rect.y0)];
@@ -259,14 +301,14 @@ void TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, flo
         picture_at.row(y, at);
         at.erase(at.begin(), at.begin() + kDetailReach);
         at.resize(static_cast<std::size_t>(rect.width()));
-        interpolate(planes, at, to);
+        interpolate(planes, blank, rect.x0, y, at, to);
       } else {
         std::copy_n(
             &smooth[n_wide * static_cast<std::size_t>(y - wide.y0) + kDetailReach * kPixelFloats],
             n_row, to);
       }
     }
-    add_detail(silver, silver_at, rect, smooth, picture);
+    add_detail(silver, blank, silver_at, rect, smooth, picture);
   }
   const std::array<float, 9>& m = settings_.output_from_process;
   const float* p = picture.data();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/geometry/vec2.h"
+#include "core/reconstruct/blank_blocks.h"
 #include "core/reconstruct/blur_levels.h"
 #include "core/reconstruct/map_grid.h"
 #include "core/reconstruct/reconstruct.h"
@@ -23,6 +24,7 @@ struct TileSettings {
   Vec2 silver_shift_px;     // the silver of what lies at p is at p + shift
   Quality quality = Quality::kStandard;
   std::array<float, 9> output_from_process{};
+  double blank_noise_sd = 0;  // as BlankBlocks; 0: nothing is skipped
 };
 
 // Immutable, thread-safe.
@@ -44,12 +46,16 @@ class TileRenderer {
   };
   using Planes = std::array<Plane, 3>;
 
-  [[nodiscard]] Planes collect(const SilverRows& silver, const PixelBounds& rect, Vec2 origin,
-                               Vec2 lowest, Vec2 highest) const;
+  [[nodiscard]] Planes collect(const SilverRows& silver, const BlankBlocks& blank,
+                               const PixelBounds& rect, Vec2 origin, Vec2 lowest,
+                               Vec2 highest) const;
   [[nodiscard]] float element(const SilverRows& silver, std::size_t site, Vec2 p) const;
-  void interpolate(const Planes& planes, const std::vector<ScreenPoint>& at, float* out) const;
-  void add_detail(const SilverRows& silver, const MapGrid& silver_at, const PixelBounds& rect,
-                  const std::vector<float>& smooth_of_silver, std::vector<float>& picture) const;
+  // `at`: the points of row y from column x0 on.
+  void interpolate(const Planes& planes, const BlankBlocks& blank, int x0, int y,
+                   const std::vector<ScreenPoint>& at, float* out) const;
+  void add_detail(const SilverRows& silver, const BlankBlocks& blank, const MapGrid& silver_at,
+                  const PixelBounds& rect, const std::vector<float>& smooth_of_silver,
+                  std::vector<float>& picture) const;
 
   TileSettings settings_;
   int element_reach_px_;

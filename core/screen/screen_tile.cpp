@@ -78,6 +78,18 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
   int n_lost = 0;
   const std::vector<double> wx = hann_of(width), wy = hann_of(height);
   RowPhases phases(map, std::max(width, 0));
+  double plain_sum = 0, difference_squares = 0;
+  for (int y = 0; y < height; ++y) {
+    const float* silver = rows.row(3, y) + x0;
+    for (int x = 0; x < width; ++x) {
+      plain_sum += double{silver[x]};
+      const double step = x > 0 ? double{silver[x]} - double{silver[x - 1]} : 0;
+      difference_squares += step * step;
+    }
+  }
+  const double n_all = static_cast<double>(std::max(width, 1)) * std::max(height, 1);
+  tile.plain_mean = plain_sum / n_all;
+  tile.plain_noise = std::sqrt(0.5 * difference_squares / n_all);
   for (int y = 0; y < height; ++y) {
     phases.set_row(x0, rows.first + y);
     for (int x = 0; x < width; ++x) {
@@ -128,7 +140,12 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
   if (tile.n_effective < 3 * kTerms) return tile;
   for (std::size_t c = 0; c < 4; ++c) {
     const Terms a = solver.solve(right[c]);
-    if (!a.allFinite()) return ScreenTile{};
+    if (!a.allFinite()) {
+      ScreenTile nothing;
+      nothing.plain_mean = tile.plain_mean;
+      nothing.plain_noise = tile.plain_noise;
+      return nothing;
+    }
     tile.amplitude[c][0] = a(0);
     for (int h = 0; h < kTileAmplitudes - 1; ++h) {
       // a cos + b sin of an even pattern: each exponential carries half of a.

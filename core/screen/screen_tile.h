@@ -24,6 +24,9 @@ struct ScreenTile {
   std::array<std::array<double, kTileAmplitudes>, 4> odd{};
   std::array<double, 4> variance{};  // of a pixel about the fit: noise and picture detail
   double n_effective = 0;            // pixels, weighed by the window
+  // Of S, all pixels alike, whether used or not: the mean, and the deviation that differences of
+  // neighbours show.
+  double plain_mean = 0, plain_noise = 0;
   // Complex coefficients at u and v, for shifts between channels.
   std::array<std::array<std::complex<double>, 2>, 4> fundamental{};
 };
