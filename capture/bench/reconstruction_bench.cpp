@@ -32,6 +32,8 @@ std::vector<ReconstructionCase> reconstruction_cases() {
        "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005&bend_px=6&radial=0.003"},
       {"chart, stage 0.6 px", "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005&wobble_px=0.6"},
       {"chart, 67 degrees", "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005&angle=67"},
+      {"chart, a Dioptichrome", "scene=chart&noise=0.0005&screen=dioptichrome-b"},
+      {"chart, a Finlay", "scene=chart&noise=0.0005&screen=finlay"},
       {"chart, mirrored", "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005&mirrored=1"},
   };
 }

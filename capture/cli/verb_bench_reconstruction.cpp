@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/bench/reconstruction_bench.h"
+#include "capture/cli/quality_plot.h"
 #include "capture/cli/verb_bench.h"
+#include "capture/cli/write_text.h"
 #include "core/base/error.h"
 
 namespace reseau::cli {
@@ -16,8 +18,8 @@ namespace {
 using nlohmann::ordered_json;
 
 struct ReconstructionBench {
-  std::vector<std::string> qualities{"standard", "best"};
-  std::string film;
+  std::vector<std::string> qualities{"draft", "standard", "best"};
+  std::string film, plot;
   bool exact = false;
   int n_threads = 0;
 };
@@ -49,6 +51,7 @@ ExitCode bench_reconstruction(const ReconstructionBench& options, Work& work) {
   work.reporter.result_line(fmt::format("{:<36} {:<9} {:>6} {:>6} {:>8} {:>7} {:>6} {:>7} {:>6}",
                                         "dE00 of 1 megapixel", "quality", "full", "dB", "element",
                                         "patches", "max", "reg. s", "rec. s"));
+  std::vector<QualityPoint> points;
   for (const ReconstructionCase& test : cases) {
     for (const std::string& quality : options.qualities) {
       if (work.signals.stop().stop_requested()) return kExitCancelled;
@@ -56,6 +59,8 @@ ExitCode bench_reconstruction(const ReconstructionBench& options, Work& work) {
           run_reconstruction_case(test, parse_quality(quality), options.exact, options.n_threads);
       result["cases"].push_back(to_json(test, quality, run));
       const PictureScore& s = run.score;
+      if (run.found)
+        points.push_back({quality, run.register_cpu_s + run.reconstruct_cpu_s, s.element_mean});
       work.reporter.result_line(
           run.found
               ? fmt::format("{:<36} {:<9} {:>6.2f} {:>6.2f} {:>8.3f} {:>7.3f} {:>6.3f} "
@@ -65,7 +70,17 @@ ExitCode bench_reconstruction(const ReconstructionBench& options, Work& work) {
               : fmt::format("{:<36} {:<9} not registered: {}", test.name, quality, run.reason));
     }
   }
+  for (const QualityMean& mean : quality_means(points)) {
+    result["qualities"].push_back({{"quality", mean.quality},
+                                   {"cpu_s_per_megapixel", mean.seconds},
+                                   {"element_scale_mean", mean.delta_e},
+                                   {"on_pareto_front", mean.on_front}});
+    work.reporter.result_line(fmt::format("{:<36} {:<9} {:>21.3f} {:>30.2f} s{}", "mean of all",
+                                          mean.quality, mean.delta_e, mean.seconds,
+                                          mean.on_front ? ", on the Pareto front" : ""));
+  }
   work.reporter.result_json(result);
+  if (!options.plot.empty()) write_text(options.plot, quality_plot(points), work.reporter);
   return kExitOk;
 }
 
@@ -78,14 +93,15 @@ void add_bench_reconstruction(Program& program, CLI::App* bench) {
       "Reconstructs simulated films, everything automatic, and prints the colour error against "
       "the\nscene (CIEDE2000 of process RGB as linear sRGB) pixel by pixel, after a Gaussian of "
       "0.45 period\n(element), and of flat fields; and the processor time.",
-      "reseau bench reconstruction\n"
+      "reseau bench reconstruction --plot pareto.svg\n"
       "reseau bench reconstruction --quality best --film 'scene=chart&blur_px=1.2' --json",
       [options](Work& work) { return bench_reconstruction(*options, work); });
   program.prints_own_json(app);
-  app->add_option("--quality", options->qualities, "draft, standard, best; default the last two")
+  app->add_option("--quality", options->qualities, "draft, standard, best; default all")
       ->check(CLI::IsMember({"draft", "standard", "best"}));
   app->add_option("--film", options->film,
                   "One film of your own instead of the table, as for 'simulate'");
+  app->add_option("--plot", options->plot, "Time against error as an SVG file");
   app->add_flag("--exact", options->exact, "No shortcut that changes a pixel");
   app->add_option("--threads", options->n_threads, "Threads; 0 = all cores (default)")
       ->check(CLI::Range(0, 1024));
