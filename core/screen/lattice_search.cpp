@@ -18,6 +18,9 @@ constexpr int kMaxTiles = 20;
 constexpr double kNoisePower = 110;
 constexpr double kLowestFrequency = 0.045;  // periods up to 22 px
 
+// Mean silver, of full scale, below which a tile is left alone: black film shows 0.003 and noise.
+constexpr double kBlack = 0.004;
+
 struct Tile {
   int x = 0, y = 0;
   double light = 0;
@@ -92,6 +95,7 @@ bool tile_signals(const LinearRows& rows, const Tile& tile, int size, std::vecto
   }
   if (!(sum_s > 0)) return false;
   const double mean_s = sum_s / (static_cast<double>(size) * size);
+  if (mean_s < kBlack) return false;
   std::array<double, 3> ratio{};
   for (std::size_t c = 0; c < 3; ++c) {
     ratio[c] = sum_cs[c] / sum_ss;
