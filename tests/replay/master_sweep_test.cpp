@@ -242,7 +242,7 @@ const std::vector<Case>& cases() {
                                            {"ls9000", 2000, 0.5},
                                            {"ls2000", 2700, 0.18},
                                            {"ls30", 2700, 0.18},
-                                           {"crystalscan3600", 300, 10, 5},
+                                           {"crystalscan3600", 300, 10, 11},
                                            {"crystalscan7200", 300, 10, 37},
                                            {"proscan7200", 300, 10, 37},
                                            {"proscan10t", 250, 12, 37},
