@@ -81,10 +81,9 @@ struct SilverOfCells {
   }
 };
 
-// Whether the silver of a block changes by so much over a cell that its product with an element
-// is more than the product of their means: what is left is below 3e-6 of a sample.
+// Whether the silver of a block changes at all: otherwise its product with an element is that of
+// their means.
 bool changes(const SilverRow& silver, const SilverRow& along_y, int block, float cell_px) {
-  constexpr float kEven = 5e-4F;
   float most = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const float *s = silver[k].data() + block, *d = along_y[k].data() + block;
@@ -92,7 +91,7 @@ bool changes(const SilverRow& silver, const SilverRow& along_y, int block, float
       most = std::max({most, cell_px * std::abs(s[i + 1] - s[i]), std::abs(d[i])});
     }
   }
-  return most > kEven;
+  return most > 0;
 }
 
 void fill(CellRow& out, float value) {

@@ -9,7 +9,7 @@
 namespace reseau::sim {
 
 // Silver behind dyed elements: transmittance = silver of that element's colour x its response, and
-// what both change together within a cell (FILM.md 6). The fast path for a Dufaycolor without the
+// what both change together within a cell (FILM.md 3). The fast path for a Dufaycolor without the
 // nuisances of ScreenFilm, which renders any film.
 class DufayFilm final : public Film {
  public:
