@@ -1,8 +1,11 @@
 #include "drivers/sim/dufay_film.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "core/base/check.h"
@@ -12,23 +15,84 @@
 namespace reseau::sim {
 namespace {
 
+// Smaller cells are exact enough by the product of their means.
+constexpr int kCellsThatNeedIt = 12;
+
+std::uint64_t next_film() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
 float from_nearest_integer(float t) {  // t > 0
   // NOLINTNEXTLINE(bugprone-incorrect-roundings): t > 0, and lround would cost a call per cell
   const auto k = static_cast<float>(static_cast<int>(t + 0.5F));
-  return std::abs(t - k);
+  return t - k;
 }
 
 // Silver at pixels first - 1 … first + n, so that cells between pixels can be interpolated.
-struct SilverRow {
-  std::vector<float> r, g, b;
-  void read(const FilmStrip& strip, double y, int first_px, int n_px) {
-    const auto n = static_cast<std::size_t>(n_px) + 2;
-    r.resize(n);
-    g.resize(n);
-    b.resize(n);
-    strip.silver_row(y, first_px - 1.0, {r, g, b});
+using SilverRow = std::array<std::vector<float>, 3>;
+
+// Rows of silver at the grid of cells, the latest four: each is its neighbours' neighbour.
+class SilverRows {
+ public:
+  void prepare(std::uint64_t film, int first_px, int n_px, int per_px) {
+    if (film_ == film && first_px_ == first_px && n_px_ == n_px && per_px_ == per_px) return;
+    film_ = film;
+    first_px_ = first_px;
+    n_px_ = n_px;
+    per_px_ = per_px;
+    row_in_slot_.fill(INT64_MIN);
+  }
+  // The row of cells nearest to y, or `below` rows from it.
+  const SilverRow& at(const FilmStrip& strip, double y, int below) {
+    const std::int64_t j = std::llround((y + 0.5) * per_px_ - 0.5) + below;
+    const auto slot = static_cast<std::size_t>(j & 3);
+    SilverRow& row = rows_[slot];
+    if (row_in_slot_[slot] != j) {
+      row_in_slot_[slot] = j;
+      for (auto& color : row) color.resize(static_cast<std::size_t>(n_px_) + 2);
+      strip.silver_row((static_cast<double>(j) + 0.5) / per_px_ - 0.5, first_px_ - 1.0,
+                       {row[0], row[1], row[2]});
+    }
+    return row;
+  }
+
+ private:
+  std::uint64_t film_ = 0;
+  int first_px_ = 0, n_px_ = 0, per_px_ = 0;
+  std::array<std::int64_t, 4> row_in_slot_{};
+  std::array<SilverRow, 4> rows_;
+};
+
+// What silver is over the height of a cell, from its values at the middles of three rows of cells:
+// the mean, and the change from edge to edge.
+struct SilverOfCells {
+  SilverRow mean, along_y;
+  void set(const SilverRow& above, const SilverRow& here, const SilverRow& below) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      mean[k].resize(here[k].size());
+      along_y[k].resize(here[k].size());
+      for (std::size_t i = 0; i < here[k].size(); ++i) {
+        const float a = above[k][i], h = here[k][i], b = below[k][i];
+        along_y[k][i] = 0.5F * (b - a);
+        mean[k][i] = h + (a - 2 * h + b) / 24;
+      }
+    }
   }
 };
+
+// Whether the silver of a block changes at all: otherwise its product with an element is that of
+// their means.
+bool changes(const SilverRow& silver, const SilverRow& along_y, int block, float cell_px) {
+  float most = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float *s = silver[k].data() + block, *d = along_y[k].data() + block;
+    for (int i = 0; i <= kBlockPx; ++i) {
+      most = std::max({most, cell_px * std::abs(s[i + 1] - s[i]), std::abs(d[i])});
+    }
+  }
+  return most > 0;
+}
 
 void fill(CellRow& out, float value) {
   for (int c = 0; c < kChannels; ++c) {
@@ -38,7 +102,7 @@ void fill(CellRow& out, float value) {
 
 // One block of cells a pixel apart: silver at the pixels left of them, and where they lie.
 struct BlockIn {
-  const float *silver_r, *silver_g, *silver_b;
+  std::array<const float*, 3> silver, along_y;  // R G B, and their change over a cell along y
   float right_weight;  // of the pixel to the right, in interpolating the silver
   float u, u_step, v, v_step;
 };
@@ -47,8 +111,13 @@ struct BlockIn {
 class CellPattern {
  public:
   CellPattern(const PlacedScreen& screen, const ElementResponse& response, double cell_px)
-      : ramp_u_(screen.gradient().u_x * cell_px, screen.gradient().u_y * cell_px),
-        ramp_v_(screen.gradient().v_x * cell_px, screen.gradient().v_y * cell_px),
+      : cell_px_(static_cast<float>(cell_px)),
+        u_x_(static_cast<float>(screen.scan_gradient().u_x * cell_px)),
+        u_y_(static_cast<float>(screen.scan_gradient().u_y * cell_px)),
+        v_x_(static_cast<float>(screen.scan_gradient().v_x * cell_px)),
+        v_y_(static_cast<float>(screen.scan_gradient().v_y * cell_px)),
+        ramp_u_(u_x_, u_y_),
+        ramp_v_(v_x_, v_y_),
         red_begins_(static_cast<float>(0.5 - screen.spec().red_fraction / 2)),
         green_ends_(static_cast<float>(screen.spec().green_fraction / 2)) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -56,18 +125,33 @@ class CellPattern {
     }
   }
 
-  // kBlockPx cells; the outputs overlap nothing.
+  // kBlockPx cells; the outputs overlap nothing. `together`: with what element and silver change
+  // together within the cell; otherwise the silver is even enough.
+  template <bool together>
   void render(const BlockIn& in, float* __restrict out_r, float* __restrict out_g,
               float* __restrict out_b, float* __restrict out_i) const {
     for (int i = 0; i < kBlockPx; ++i) {
       const auto fi = static_cast<float>(i);
-      const float red = ramp_v_(from_nearest_integer(in.v + fi * in.v_step) - red_begins_);
-      const float in_green = ramp_u_(green_ends_ - from_nearest_integer(in.u + fi * in.u_step));
+      const float dv = from_nearest_integer(in.v + fi * in.v_step);
+      const float du = from_nearest_integer(in.u + fi * in.u_step);
+      const float in_red = std::abs(dv) - red_begins_, past_green = green_ends_ - std::abs(du);
+      const float red = ramp_v_(in_red);
+      const float in_green = ramp_u_(past_green);
       const float green = (1.0F - red) * in_green;
       const float blue = 1.0F - red - green;
-      const float r = red * between(in.silver_r, i, in.right_weight);
-      const float g = green * between(in.silver_g, i, in.right_weight);
-      const float b = blue * between(in.silver_b, i, in.right_weight);
+      float r = red * between(in.silver[0], i, in.right_weight);
+      float g = green * between(in.silver[1], i, in.right_weight);
+      float b = blue * between(in.silver[2], i, in.right_weight);
+      if constexpr (together) {
+        // Mean of a product less the product of the means: gradient times gradient / 12.
+        const float to_red = std::copysign(ramp_v_.slope(in_red), dv) / 12;
+        const float to_green = -std::copysign(ramp_u_.slope(past_green), du) / 12 * (1.0F - red);
+        r += to_red * along(in, 0, i, v_x_, v_y_);
+        g += to_green * along(in, 1, i, u_x_, u_y_) -
+             to_red * in_green * along(in, 1, i, v_x_, v_y_);
+        b += -to_green * along(in, 2, i, u_x_, u_y_) -
+             to_red * (1.0F - in_green) * along(in, 2, i, v_x_, v_y_);
+      }
       out_r[i] = r * p_[0][0] + g * p_[1][0] + b * p_[2][0];
       out_g[i] = r * p_[0][1] + g * p_[1][1] + b * p_[2][1];
       out_b[i] = r * p_[0][2] + g * p_[1][2] + b * p_[2][2];
@@ -79,6 +163,12 @@ class CellPattern {
   static float between(const float* silver, int i, float right_weight) {
     return silver[i] + right_weight * (silver[i + 1] - silver[i]);
   }
+  // Change of the silver along the gradient of a screen coordinate (per cell).
+  [[nodiscard]] float along(const BlockIn& in, std::size_t k, int i, float s_x, float s_y) const {
+    return s_x * cell_px_ * (in.silver[k][i + 1] - in.silver[k][i]) +
+           s_y * between(in.along_y[k], i, in.right_weight);
+  }
+  float cell_px_, u_x_, u_y_, v_x_, v_y_;
   EdgeRamp ramp_u_, ramp_v_;
   float red_begins_, green_ends_;
   float p_[3][3];
@@ -90,7 +180,8 @@ DufayFilm::DufayFilm(const FilmSpec& spec)
     : strip_(spec),
       screen_(spec),
       response_(element_response(spec.dyes.fade)),
-      edges_off_axes_deg_(sim::edges_off_axes_deg(spec)) {}
+      edges_(edges_of(spec)),
+      id_(next_film()) {}
 
 bool DufayFilm::can_render(const FilmSpec& spec) {
   const PrintSpec& print = spec.print;
@@ -114,10 +205,18 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
     fill(out, 1.0F);
     return;
   }
-  thread_local SilverRow silver;
-  silver.read(strip_, y, first_px, n_px);
-
   const double cell = 1.0 / per_px;
+  thread_local SilverRows rows;
+  thread_local SilverOfCells of_cells;
+  rows.prepare(id_, first_px, n_px, per_px);
+  const bool coarse = per_px > 1 && per_px <= kCellsThatNeedIt && strip_.on_film(y - cell) &&
+                      strip_.on_film(y + cell);
+  if (coarse) {
+    of_cells.set(rows.at(strip_, y, -1), rows.at(strip_, y, 0), rows.at(strip_, y, 1));
+  }
+  const SilverRow& silver = coarse ? of_cells.mean : rows.at(strip_, y, 0);
+  const SilverRow& along_y = of_cells.along_y;
+
   const CellPattern pattern(screen_, response_, cell);
   ScreenPoint from = screen_.screen_from_scan(first_px, y);
   for (int block = 0; block < n_px; block += kBlockPx) {
@@ -126,6 +225,7 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
     // precision and a few are added so that every value stays positive.
     const double base_u = from.u - std::floor(from.u) + 8, step_u = (to.u - from.u) / kBlockPx;
     const double base_v = from.v - std::floor(from.v) + 8, step_v = (to.v - from.v) / kBlockPx;
+    const bool together = coarse && changes(silver, along_y, block, static_cast<float>(cell));
     for (int s = 0; s < per_px; ++s) {
       const double offset = (s + 0.5) * cell - 0.5;
       const auto u0 = static_cast<float>(base_u + step_u * offset);
@@ -133,16 +233,24 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
       // Silver at pixel i + offset lies between two of its neighbours.
       const int left = offset < 0 ? block : block + 1;
       const auto right_weight = static_cast<float>(offset < 0 ? 1 + offset : offset);
-      const BlockIn in{silver.r.data() + left,
-                       silver.g.data() + left,
-                       silver.b.data() + left,
+      const auto from_left = [left](const SilverRow& row) {
+        return std::array<const float*, 3>{row[0].data() + left, row[1].data() + left,
+                                           row[2].data() + left};
+      };
+      const BlockIn in{from_left(silver),
+                       together ? from_left(along_y) : std::array<const float*, 3>{},
                        right_weight,
                        u0,
                        static_cast<float>(step_u),
                        v0,
                        static_cast<float>(step_v)};
-      pattern.render(in, out.phase(0, s) + block, out.phase(1, s) + block, out.phase(2, s) + block,
-                     out.phase(3, s) + block);
+      float *const r = out.phase(0, s) + block, *const g = out.phase(1, s) + block,
+                   *const b = out.phase(2, s) + block, *const i = out.phase(3, s) + block;
+      if (together) {
+        pattern.render<true>(in, r, g, b, i);
+      } else {
+        pattern.render<false>(in, r, g, b, i);
+      }
     }
     from = to;
   }

@@ -1,18 +1,21 @@
 #pragma once
 
+#include <cstdint>
+
 #include "drivers/sim/film.h"
 #include "drivers/sim/film/placed_screen.h"
 #include "drivers/sim/film_strip.h"
 
 namespace reseau::sim {
 
-// Silver behind dyed elements: transmittance = silver of that element's colour x its response. The
-// fast path for a Dufaycolor without the nuisances of ScreenFilm, which renders any film.
+// Silver behind dyed elements: transmittance = silver of that element's colour x its response, and
+// what both change together within a cell (FILM.md 3). The fast path for a Dufaycolor without the
+// nuisances of ScreenFilm, which renders any film.
 class DufayFilm final : public Film {
  public:
   explicit DufayFilm(const FilmSpec& spec);
   [[nodiscard]] Extent extent() const override { return strip_.extent(); }
-  [[nodiscard]] double edges_off_axes_deg() const override { return edges_off_axes_deg_; }
+  [[nodiscard]] Edges edges() const override { return edges_; }
   void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const override;
 
   [[nodiscard]] double height_um(double x, double /*y*/) const override {
@@ -26,7 +29,8 @@ class DufayFilm final : public Film {
   FilmStrip strip_;
   PlacedScreen screen_;
   ElementResponse response_;
-  double edges_off_axes_deg_;
+  Edges edges_;
+  std::uint64_t id_;  // of this film among all that ever were
 };
 
 }  // namespace reseau::sim

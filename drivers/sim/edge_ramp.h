@@ -25,12 +25,18 @@ class EdgeRamp {
     d = 0.5F * (std::abs(d + outer_) - std::abs(d - outer_));
     return gain_ * (square(d + outer_) - square(d + inner_) - square(d - inner_));
   }
+  // How fast that mean changes with d.
+  [[nodiscard]] float slope(float d) const {
+    d = 0.5F * (std::abs(d + outer_) - std::abs(d - outer_));
+    return gain_ * (twice(d + outer_) - twice(d + inner_) - twice(d - inner_));
+  }
   // Distance from the edge beyond which the mean is 0 or 1.
   [[nodiscard]] float reach() const { return outer_; }
 
  private:
   // Of the positive part.
   static float square(float t) { return 0.5F * t * (t + std::abs(t)); }
+  static float twice(float t) { return t + std::abs(t); }
   float outer_ = 0.5F, inner_ = 0.4F, gain_ = 1.0F;
 };
 

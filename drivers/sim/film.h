@@ -55,10 +55,17 @@ class Film {
     int begin_px, end_px;
   };
   virtual ~Film() = default;
-  // Smallest angle between the film's straight edges and the axes of the scan [degree]: cells have
-  // to be smaller the longer an edge runs along their borders. The default is a film without edges.
-  static constexpr double kNoEdgesDeg = 45;
-  [[nodiscard]] virtual double edges_off_axes_deg() const { return kNoEdgesDeg; }
+  // What decides how small cells have to be. The default is a film without edges.
+  struct Edges {
+    // Smallest angle between straight edges and the axes of the scan [degree]: the longer an edge
+    // runs along the borders of cells, the smaller these must be.
+    double off_axes_deg = 45;
+    // Largest step across them; dyes leave half of the light.
+    double contrast = 0.5;
+    // Smallest radius of round edges, which run along both axes somewhere; 0 without.
+    double radius_px = 0;
+  };
+  [[nodiscard]] virtual Edges edges() const { return {}; }
   [[nodiscard]] virtual Extent extent() const = 0;
   // Fills a row of cells whose centres lie at height y. first_px and n_px are multiples of
   // kBlockPx; the row may reach outside the film, where bare light gives 1.

@@ -37,12 +37,27 @@ namespace {
 // Largest error of a sample by cells of 1 / n px on an edge between 0 and 1 that runs at this angle
 // to the grid: the second-order term of a step along the borders of cells, 0.242 / (12 s^2 n^2) for
 // a Gaussian of s px, is averaged over the phases that the edge passes through within the spread
-// function. Dyes leave half of it.
-double edge_error(double spread_px2, int n, double angle_deg) {
-  constexpr double kPi = std::numbers::pi, kContrast = 0.5;
-  const double phases = n * std::tan(angle_deg * kPi / 180);  // cycles per px along the edge
-  return kContrast * 0.242 / (12 * spread_px2 * n * n) *
-         std::exp(-2 * kPi * kPi * spread_px2 * phases * phases);
+// function. A round edge passes through phases as the square of the way.
+double edge_error(double spread_px2, int n, const Film::Edges& edges) {
+  constexpr double kPi = std::numbers::pi;
+  const double phases = n * std::tan(edges.off_axes_deg * kPi / 180);  // cycles per px along it
+  double share = std::exp(-2 * kPi * kPi * spread_px2 * phases * phases);
+  if (edges.radius_px > 0) {
+    const double turns = 2 * kPi * n * spread_px2 / edges.radius_px;
+    share = std::max(share, std::pow(1 + turns * turns, -0.25));
+  }
+  return edges.contrast * 0.242 / (12 * spread_px2 * n * n) * share;
+}
+
+// Variance of the Gaussian that transfers as much where edges and cells meet as the sharpest
+// channel does along its sharper axis.
+double transferred_spread_px2(const std::vector<OpticalTransfer>& transfers) {
+  constexpr double kPi = std::numbers::pi, kAt = 0.35;  // c/px
+  double most = 0;
+  for (const OpticalTransfer& t : transfers) {
+    most = std::max({most, std::abs(t(kAt, 0, 0)), std::abs(t(0, kAt, 0))});
+  }
+  return -std::log(std::clamp(most, 1e-6, 0.99)) / (2 * kPi * kPi * kAt * kAt);
 }
 
 }  // namespace
@@ -52,30 +67,33 @@ int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full)
   if (optics.cells_per_px > 0) {
     return full || pitch == 1 ? optics.cells_per_px : std::min(optics.cells_per_px, 2);
   }
-  // The sharpest channel decides: its Gaussian and its apertures.
-  const double aperture_y = optics.aperture_y_px > 0 ? optics.aperture_y_px : optics.aperture_px;
-  const double sharpest = *std::ranges::min_element(optics.blur_px);
-  const double aperture = std::min(optics.aperture_px, aperture_y);
-  const double spread_px2 = sharpest * sharpest + aperture * aperture / 12;
-  const double angle = film.edges_off_axes_deg();
+  Film::Edges edges = film.edges();
   if (!full) {
     if (pitch > 1) return 2;
     // The plain optics serve where speed counts: an edge along the grid may err by four times more.
     constexpr double kPlainError = 4e-4;
     constexpr int kMostPlain = 8;
+    edges.radius_px = 0;  // and a round one
+    // The sharpest channel decides: its Gaussian and its apertures.
+    const double aperture_y = optics.aperture_y_px > 0 ? optics.aperture_y_px : optics.aperture_px;
+    const double sharpest = *std::ranges::min_element(optics.blur_px);
+    const double aperture = std::min(optics.aperture_px, aperture_y);
+    const double spread_px2 = sharpest * sharpest + aperture * aperture / 12;
     int cells = 4;
-    while (cells < kMostPlain && edge_error(spread_px2, cells, angle) > kPlainError) cells += 2;
+    while (cells < kMostPlain && edge_error(spread_px2, cells, edges) > kPlainError) cells += 2;
     return cells;
   }
   std::vector<OpticalTransfer> transfers;
   transfers.reserve(kChannels);
   for (int c = 0; c < kChannels; ++c) transfers.emplace_back(optics, c);
-  // As few as let pairs of cells be joined.
-  constexpr int kFewest = 6, kMost = 12, kMostAligned = 24;
+  // As few as leave the corners of elements below 1e-4 of a sample, and let pairs be joined.
+  constexpr int kFewest = 8, kMost = 12, kAligned = 16, kMostAligned = 24;
   constexpr double kFullError = 1e-4;
+  const double spread_px2 = transferred_spread_px2(transfers);
   int cells = kFewest;
   while (cells < kMost && choose_grid(cells, transfers).per_px == cells) cells += 2;
-  while (cells < kMostAligned && edge_error(spread_px2, cells, angle) > kFullError) cells *= 2;
+  while (cells < kAligned && edge_error(spread_px2, cells, edges) > kFullError) cells *= 2;
+  if (edge_error(spread_px2, cells, edges) > kFullError) cells = kMostAligned;
   return cells;
 }
 

@@ -17,20 +17,29 @@ double off_axes_deg(double angle_deg) {
 
 }  // namespace
 
-double edges_off_axes_deg(const FilmSpec& spec) {
-  double least = Film::kNoEdgesDeg;
-  if (spec.kind == FilmKind::kEmpty) return least;
-  if (spec.scene == SceneKind::kEdges) least = off_axes_deg(spec.edge_angle_deg);
-  if (spec.kind != FilmKind::kDufay) return least;
+Film::Edges edges_of(const FilmSpec& spec) {
+  Film::Edges edges;
+  if (spec.kind == FilmKind::kEmpty) return edges;
+  if (spec.scene == SceneKind::kEdges) {
+    edges.off_axes_deg = off_axes_deg(spec.edge_angle_deg);
+    edges.contrast = 1;
+  }
+  if (spec.kind != FilmKind::kDufay) return edges;
   const ScreenGradient g = PlacedScreen(spec).scan_gradient();
-  for (const ScreenShape& shape : describe_screen(spec.screen).shapes) {
+  const ScreenDescription screen = describe_screen(spec.screen);
+  for (const ScreenShape& shape : screen.shapes) {
+    if (shape.kind == ScreenShape::Kind::kDisc) {
+      const double radius_px = shape.radius_um / spec.frame.pixel_um;
+      edges.radius_px = edges.radius_px > 0 ? std::min(edges.radius_px, radius_px) : radius_px;
+    }
     for (const ScreenBand& band : shape.bands) {
       const double x = band.n.x * g.u_x + band.n.y * g.v_x;
       const double y = band.n.x * g.u_y + band.n.y * g.v_y;
-      least = std::min(least, off_axes_deg(std::atan2(y, x) * 180 / std::numbers::pi));
+      edges.off_axes_deg =
+          std::min(edges.off_axes_deg, off_axes_deg(std::atan2(y, x) * 180 / std::numbers::pi));
     }
   }
-  return least;
+  return edges;
 }
 
 }  // namespace reseau::sim

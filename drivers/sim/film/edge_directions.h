@@ -1,4 +1,4 @@
-// How the straight edges of a film lie to the grid of the scan.
+// How the edges of a film lie to the grid of the scan.
 #pragma once
 
 #include "drivers/sim/film.h"
@@ -6,8 +6,7 @@
 
 namespace reseau::sim {
 
-// Smallest angle between a straight, sharp edge (of elements, of scene=edges) and an axis of the
-// scan [degree]; kNoEdgesDeg for a film without such edges. Deformation is left out.
-[[nodiscard]] double edges_off_axes_deg(const FilmSpec& spec);
+// Of the sharp edges of elements and of scene=edges. Deformation is left out.
+[[nodiscard]] Film::Edges edges_of(const FilmSpec& spec);
 
 }  // namespace reseau::sim

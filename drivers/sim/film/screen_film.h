@@ -1,6 +1,7 @@
 // Any film: every screen, every nuisance.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "drivers/sim/film.h"
@@ -14,14 +15,15 @@
 namespace reseau::sim {
 
 // Transmittance of a cell = sum over the sets of dyes of their area x silver behind them x what
-// the light of the channel sees of the dyes; then grain, harm and the edge of the film. Without a
-// réseau (FilmKind::kPlain) silver only, the same in all bands. FILM.md derives the model.
+// the light of the channel sees of the dyes, with what area and silver change together; then grain,
+// harm and the edge of the film. Without a réseau (FilmKind::kPlain) silver only, the same in all
+// bands. FILM.md derives the model.
 class ScreenFilm final : public Film {
  public:
   // kind is kDufay (whatever the screen) or kPlain.
   explicit ScreenFilm(const FilmSpec& spec);
   [[nodiscard]] Extent extent() const override { return strip_.extent(); }
-  [[nodiscard]] double edges_off_axes_deg() const override { return edges_off_axes_deg_; }
+  [[nodiscard]] Edges edges() const override { return edges_; }
   void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const override;
   // As cells(), without damage: the infrared channel is then the silver alone where the dyes do not
   // leak.
@@ -36,6 +38,12 @@ class ScreenFilm final : public Film {
 
  private:
   struct Rows;
+  struct Made;
+  // Areas and silver of the row of cells nearest to y, or `below` rows from it.
+  const Made& made(Rows& rows, double y, int below, const CellRow& out) const;
+  // Adds what the product of two means lacks to the mean of the product; turns silver that is known
+  // at the middles of the cells into means over them.
+  void join_rows(double y, Rows& rows, const CellRow& out) const;
   static Rows& rows_of_thread();
   void mix(double y, Rows& rows, CellRow& out) const;
   void apply_grain(double y, Rows& rows, CellRow& out) const;
@@ -53,7 +61,8 @@ class ScreenFilm final : public Film {
   DyeSetResponse response_, faded_response_;
   Grain grain_;
   Damage damage_;
-  double edges_off_axes_deg_;
+  Edges edges_;
+  std::uint64_t id_;  // of this film among all that ever were
 };
 
 }  // namespace reseau::sim

@@ -89,7 +89,9 @@ Errors edge_errors(const Case& c, double angle_deg, int cells) {
   // A stage that errs by nothing visible keeps the full optics in use for every case.
   StageSpec stage;
   stage.wave_px = 1e-9;
-  ScanRenderer(make_function_film(edge(angle_deg, 0.13)), optics, window,
+  // The film says how its edge lies, from black to white, as films with elements do.
+  const Film::Edges edges{.off_axes_deg = std::min(angle_deg, 90 - angle_deg), .contrast = 1};
+  ScanRenderer(make_function_film(edge(angle_deg, 0.13), 0, edges), optics, window,
                ScanGeometry(optics, stage, {}, 24, 1))
       .transmittance(0, 7, light);
   const auto t1 = std::chrono::steady_clock::now();

@@ -16,7 +16,9 @@ inline constexpr int kFarPx = 1 << 20;
 template <typename CellMean>
 class FunctionFilm final : public Film {
  public:
-  FunctionFilm(CellMean mean, double height_um) : mean_(mean), height_um_(height_um) {}
+  FunctionFilm(CellMean mean, double height_um, Edges edges)
+      : mean_(mean), height_um_(height_um), edges_(edges) {}
+  [[nodiscard]] Edges edges() const override { return edges_; }
   [[nodiscard]] Extent extent() const override { return {-kFarPx, kFarPx}; }
   void cells(double y, int first_px, int n_px, int per_px, CellRow& out) const override {
     out.resize(first_px, n_px, per_px);
@@ -33,11 +35,13 @@ class FunctionFilm final : public Film {
  private:
   CellMean mean_;
   double height_um_;
+  Edges edges_;
 };
 
 template <typename CellMean>
-std::shared_ptr<const Film> make_function_film(CellMean mean, double height_um = 0) {
-  return std::make_shared<FunctionFilm<CellMean>>(mean, height_um);
+std::shared_ptr<const Film> make_function_film(CellMean mean, double height_um = 0,
+                                               Film::Edges edges = {}) {
+  return std::make_shared<FunctionFilm<CellMean>>(mean, height_um, edges);
 }
 
 // Clear where x cos(angle) + y sin(angle) > offset. The mean over a cell is the integral of a
