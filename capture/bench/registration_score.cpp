@@ -46,6 +46,7 @@ RegistrationScore score_registration(const RegistrationCase& test, int n_threads
   if (!found.found || !scan.truth.has_screen()) return score;
   score.affine = found.map.is_affine();
   score.residual_px = found.residual_px;
+  score.bound_px = found.uncertainty.bound_px();
 
   const int step = std::max(1, scan.format.width_px / 160);
   struct Place {

@@ -15,8 +15,9 @@ struct RegistrationScore {
   double rms_px = 0;      // error of the map over the frame
   double lit_rms_px = 0;  // the same where there is light
   double max_px = 0;
-  double z_sd = 0;   // rms of error over claimed standard deviation, where there is light
-  double sd_px = 0;  // rms of the claimed standard deviation there
+  double z_sd = 0;      // rms of error over claimed standard deviation, where there is light
+  double sd_px = 0;     // rms of the claimed standard deviation there
+  double bound_px = 0;  // Cramér-Rao bound of the film's map, rms over the frame
   double residual_px = 0;
   bool affine = false;
   double cpu_s = 0, wall_s = 0;

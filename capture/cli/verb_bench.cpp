@@ -34,6 +34,7 @@ nlohmann::ordered_json score_json(const RegistrationCase& test, const Registrati
   object["lit_rms_px"] = score.lit_rms_px;
   object["max_px"] = score.max_px;
   object["claimed_px"] = score.sd_px;
+  object["bound_px"] = score.bound_px;
   object["z"] = score.z_sd;
   object["residual_px"] = score.residual_px;
   if (test.bar_px > 0) object["bar_px"] = test.bar_px;
@@ -48,9 +49,9 @@ std::string score_line(const RegistrationCase& test, const RegistrationScore& sc
   const std::string bar = test.bar_px > 0 ? fmt::format("{:6.3f} {}", test.bar_px,
                                                         error <= test.bar_px ? "kept" : "MISSED")
                                           : std::string("     -");
-  return fmt::format("{:<42} {:8.4f} {:8.4f} {:8.4f} {:8.4f} {:5.2f} {:6.2f}  {}", test.name,
-                     score.rms_px, score.lit_rms_px, score.max_px, score.sd_px, score.z_sd,
-                     score.cpu_s, bar);
+  return fmt::format("{:<42} {:8.4f} {:8.4f} {:8.4f} {:8.4f} {:8.4f} {:5.2f} {:6.2f}  {}",
+                     test.name, score.rms_px, score.lit_rms_px, score.max_px, score.sd_px,
+                     score.bound_px, score.z_sd, score.cpu_s, bar);
 }
 
 ExitCode run_registration(const BenchArguments& options, Work& work) {
@@ -59,9 +60,9 @@ ExitCode run_registration(const BenchArguments& options, Work& work) {
   std::vector<RegistrationCase> cases;
   std::copy_if(all.begin(), all.end(), std::back_inserter(cases),
                [&](const auto& test) { return test.name.find(options.only) != std::string::npos; });
-  work.reporter.result_line(fmt::format("{:<42} {:>8} {:>8} {:>8} {:>8} {:>5} {:>6}  {:>6}", "film",
-                                        "rms px", "lit px", "max px", "claimed", "z", "cpu s",
-                                        "bar px"));
+  work.reporter.result_line(fmt::format("{:<42} {:>8} {:>8} {:>8} {:>8} {:>8} {:>5} {:>6}  {:>6}",
+                                        "film", "rms px", "lit px", "max px", "claimed", "bound",
+                                        "z", "cpu s", "bar px"));
   for (const RegistrationCase& test : cases) {
     if (work.signals.stop().stop_requested()) return kExitCancelled;
     const RegistrationScore score = score_registration(test, options.n_threads);

@@ -211,7 +211,8 @@ MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height
   errors.excess_u = excess_of(weights.u, residuals, true, n_parameters);
   errors.excess_v = excess_of(weights.v, residuals, false, n_parameters);
   for (std::size_t i = 0; i < samples.size(); ++i)
-    fit.placed.push_back({samples[i].p_in_scan, weights.u[i], weights.v[i]});
+    fit.placed.push_back({samples[i].p_in_scan, weights.u[i], weights.v[i], samples[i].noise_info_u,
+                          samples[i].noise_info_v});
   fit.usable = affine.linear.determinant() != 0 && std::isfinite(fit.residual_px);
   return fit;
 }

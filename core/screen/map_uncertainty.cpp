@@ -17,11 +17,11 @@ constexpr double kAlike = 1.8, kMissed = 2;
 
 // Inverse of the normal matrix of a plane a x + b y + c, positions scaled.
 Eigen::Matrix3d plane_covariance(const std::vector<PlacedInfo>& samples, double scale,
-                                 bool along_u) {
+                                 double PlacedInfo::*info) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   for (const PlacedInfo& sample : samples) {
     const Eigen::Vector3d row(sample.p_in_scan.x / scale, sample.p_in_scan.y / scale, 1);
-    normal += (along_u ? sample.info_u : sample.info_v) * row * row.transpose();
+    normal += sample.*info * row * row.transpose();
   }
   normal += Eigen::Matrix3d::Identity() * (1e-12 * normal.trace() + 1e-300);
   return normal.inverse();
@@ -29,14 +29,14 @@ Eigen::Matrix3d plane_covariance(const std::vector<PlacedInfo>& samples, double 
 
 // Information that samples about p give to a spline of this spacing: a node's share is what lies in
 // a square of one spacing, seen through a Gaussian.
-double local_info(const std::vector<PlacedInfo>& samples, Vec2 p, double spacing, bool along_u) {
+double local_info(const std::vector<PlacedInfo>& samples, Vec2 p, double spacing,
+                  double PlacedInfo::*info) {
   double sum = 0;
   const double reach = 2 * spacing;
   for (const PlacedInfo& sample : samples) {
     const Vec2 d = sample.p_in_scan - p;
     if (std::abs(d.x) > reach || std::abs(d.y) > reach) continue;
-    sum +=
-        (along_u ? sample.info_u : sample.info_v) * std::exp(-2 * dot(d, d) / (spacing * spacing));
+    sum += sample.*info * std::exp(-2 * dot(d, d) / (spacing * spacing));
   }
   return 0.637 * sum;
 }
@@ -53,8 +53,10 @@ MapUncertainty::MapUncertainty(const ScreenMap& map, const std::vector<PlacedInf
   model.excess_u *= kAlike;
   model.excess_v *= kAlike;
   const double scale = std::max(width_px, height_px);
-  const Eigen::Matrix3d plane_u = plane_covariance(samples, scale, true),
-                        plane_v = plane_covariance(samples, scale, false);
+  const Eigen::Matrix3d plane_u = plane_covariance(samples, scale, &PlacedInfo::info_u),
+                        plane_v = plane_covariance(samples, scale, &PlacedInfo::info_v),
+                        noise_u = plane_covariance(samples, scale, &PlacedInfo::noise_info_u),
+                        noise_v = plane_covariance(samples, scale, &PlacedInfo::noise_info_v);
   slope_sd_ = {std::sqrt(model.excess_u * plane_u(0, 0)) / scale,
                std::sqrt(model.excess_u * plane_u(1, 1)) / scale,
                std::sqrt(model.excess_v * plane_v(0, 0)) / scale,
@@ -66,23 +68,25 @@ MapUncertainty::MapUncertainty(const ScreenMap& map, const std::vector<PlacedInf
       const Vec2 p{i * step_x_, j * step_y_};
       const Eigen::Vector3d row(p.x / scale, p.y / scale, 1);
       double var_u = row.dot(plane_u * row), var_v = row.dot(plane_v * row);
-      double claimed_u = var_u, claimed_v = var_v;
+      double bound_u = row.dot(noise_u * row), bound_v = row.dot(noise_v * row);
       var_u *= model.excess_u;
       var_v *= model.excess_v;
       if (model.spacing_px > 0) {
-        const double info_u = local_info(samples, p, model.spacing_px, true);
-        const double info_v = local_info(samples, p, model.spacing_px, false);
+        const double info_u = local_info(samples, p, model.spacing_px, &PlacedInfo::info_u);
+        const double info_v = local_info(samples, p, model.spacing_px, &PlacedInfo::info_v);
         var_u += 1 / (info_u / (kMissed * model.excess_u) + 1 / most);
         var_v += 1 / (info_v / (kMissed * model.excess_v) + 1 / most);
-        claimed_u += 1 / (info_u + 1 / most);
-        claimed_v += 1 / (info_v + 1 / most);
+        bound_u +=
+            1 / (local_info(samples, p, model.spacing_px, &PlacedInfo::noise_info_u) + 1 / most);
+        bound_v +=
+            1 / (local_info(samples, p, model.spacing_px, &PlacedInfo::noise_info_v) + 1 / most);
       }
       const Mat2 px = map.jacobian(p).inverse();
       const Vec2 stage = map.line_error().variance_at(p);
       covariance_.push_back({px.a * px.a * var_u + px.b * px.b * var_v + stage.x,
                              px.a * px.c * var_u + px.b * px.d * var_v,
                              px.c * px.c * var_u + px.d * px.d * var_v + stage.y});
-      bound += (px.a * px.a + px.c * px.c) * claimed_u + (px.b * px.b + px.d * px.d) * claimed_v;
+      bound += (px.a * px.a + px.c * px.c) * bound_u + (px.b * px.b + px.d * px.d) * bound_v;
     }
   }
   bound_px_ = std::sqrt(bound / static_cast<double>(covariance_.size()));

@@ -19,6 +19,7 @@ struct PlaceCovariance {
 struct PlacedInfo {
   Vec2 p_in_scan;
   double info_u = 0, info_v = 0;
+  double noise_info_u = 0, noise_info_v = 0;  // if the noise of the pixels were all that errs
 };
 
 // What is known of a map's errors besides the samples.
@@ -40,7 +41,9 @@ class MapUncertainty {
   [[nodiscard]] PlaceCovariance at(Vec2 p_in_scan) const;
   // Root mean square of the standard deviation over the frame, both axes together [px].
   [[nodiscard]] double rms_px() const;
-  // The same if every window erred as it claims and independently of the others [px].
+  // The Cramér-Rao bound of this model of the film if all that the fits of the windows leave were
+  // noise of the pixels, rms over the frame, both axes together [px]. Where the scene leaves more
+  // than the noise does, it lies above the true bound. Without what the stage adds.
   [[nodiscard]] double bound_px() const { return bound_px_; }
   // Of the mean slope of u and of v along x and y [periods/px], rows as in a Jacobian.
   [[nodiscard]] const Mat2& slope_sd() const { return slope_sd_; }

@@ -49,6 +49,8 @@ bool make_sample(const Shift& shift, Vec2 p, Vec2 predicted, bool lines, PhaseSa
       shift.info_vv > 0 ? shift.info_uu - shift.info_uv * shift.info_uv / shift.info_vv : 0;
   sample.info_v =
       shift.info_uu > 0 ? shift.info_vv - shift.info_uv * shift.info_uv / shift.info_uu : 0;
+  sample.noise_info_u = sample.info_u;
+  sample.noise_info_v = sample.info_v;
   sample.modulation = shift.modulation;
   if (lines) {
     // Nothing is known of u: what was predicted holds, and every block believes it alike.

@@ -14,6 +14,8 @@ struct PhaseSample {
   Vec2 p_in_scan;                 // centre of the block's light
   Vec2 s_in_screen;               // unwrapped
   double info_u = 0, info_v = 0;  // inverse variances [1/periods^2], each with the other unknown
+  // The same if the noise of the pixels were all that errs.
+  double noise_info_u = 0, noise_info_v = 0;
   double modulation = 0;
 };
 
