@@ -15,8 +15,8 @@ constexpr int kLatticeReach = 2;
 constexpr int kDetailReach = DetailKernels::kRadius;
 constexpr std::size_t kPixelFloats = 4;  // R G B and one unused, while a tile is at work
 
-// Of the cubic between elements: at 0.5 it overshoots at edges of the scene, at 0 it flattens what is
-// soft; here the colour at the scale of elements is truest (reseau bench reconstruction).
+// Of the cubic between elements: at 0.5 it overshoots at edges of the scene, at 0 it flattens what
+// is soft; here the colour at the scale of elements is truest (reseau bench reconstruction).
 constexpr float kSlope = 0.2F;
 
 // Interpolation weights by the fraction of a lattice step, rounded to 1/1024.
@@ -26,7 +26,8 @@ class WeightTable {
   explicit WeightTable(bool cubic) {
     for (int i = 0; i <= kSteps; ++i) {
       const float t = static_cast<float>(i) / kSteps;
-      const std::array<float, 4> w = cubic ? cubic_weights(t, kSlope) : std::array{0.0F, 1 - t, t, 0.0F};
+      const std::array<float, 4> w =
+          cubic ? cubic_weights(t, kSlope) : std::array{0.0F, 1 - t, t, 0.0F};
       std::copy(w.begin(), w.end(), weights_.begin() + static_cast<std::ptrdiff_t>(i) * 4);
     }
   }

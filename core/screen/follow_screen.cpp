@@ -247,9 +247,16 @@ class Follower {
     LineFit result;
     const LineError& known = better.line_error();
     const auto strips_along = [&](LineError::Axis axis) {
-      return measure_samples(cells_, seen_under, screen, series_,
-                             axis == LineError::Axis::kLines ? strip_ : tall_strip_, drift_,
-                             blur_px2_);
+      const bool lines = axis == LineError::Axis::kLines;
+      std::vector<PhaseSample> strips = measure_samples(
+          cells_, seen_under, screen, series_, lines ? strip_ : tall_strip_, drift_, blur_px2_);
+      // One that the border of the frame cuts errs alike all along it, as only a stage does.
+      const double half = 0.5 * thickness_px(axis),
+                   extent = lines ? cells_.height_px() : cells_.width_px();
+      std::erase_if(strips, [&](const PhaseSample& strip) {
+        return (lines ? strip.p_in_scan.y : strip.p_in_scan.x) + half > extent;
+      });
+      return strips;
     };
     if (!known.none()) {
       result.error = improve_line_error(line_samples(strips_along(known.axis), better), known);
@@ -259,13 +266,18 @@ class Follower {
     if (!coarse.usable) return result;
     for (const LineError::Axis axis : {LineError::Axis::kLines, LineError::Axis::kColumns}) {
       const bool lines = axis == LineError::Axis::kLines;
-      const LineFit found = fit_line_error(
-          line_samples(strips_along(axis), coarse.map), axis, strip_length_px(axis),
-          lines ? cells_.height_px() : cells_.width_px(),
-          lines ? strip_.rows * cells_.size().lines : tall_strip_.columns * cells_.size().width);
+      const LineFit found =
+          fit_line_error(line_samples(strips_along(axis), coarse.map), axis, strip_length_px(axis),
+                         lines ? cells_.height_px() : cells_.width_px(), thickness_px(axis));
       if (!found.error.none() && found.gain > result.gain) result = found;
     }
     return result;
+  }
+
+  // Of a strip, along which the error of the stage changes.
+  [[nodiscard]] int thickness_px(LineError::Axis axis) const {
+    return axis == LineError::Axis::kLines ? strip_.rows * cells_.size().lines
+                                           : tall_strip_.columns * cells_.size().width;
   }
 
   const CellGrid& cells_;

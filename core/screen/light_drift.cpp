@@ -41,11 +41,16 @@ LightDrift::LightDrift(const CellGrid& cells, const LatticeSeed& seed)
   const Eigen::Vector3d neutral = normal.inverse() * (ridge * Eigen::Vector3d::Ones());
   parallel_for(cells.n_rows(), [&](int r) {
     for (int c = 0; c < cells.n_columns(); ++c) {
-      const double whole = cells.light(c, r);
-      if (!(whole > 0)) continue;
+      const CellSize size = cells.size();
+      const double filled = cells.filled(c, r) *
+                            std::min(1.0, static_cast<double>(cells.width_px()) / size.width - c) *
+                            std::min(1.0, static_cast<double>(cells.height_px()) / size.lines - r);
+      if (!(cells.light(c, r) > 0 && filled > 0)) continue;
+      // As if the cell were whole: one that the border of the frame cuts is not darker for it.
+      const double whole = cells.light(c, r) / filled;
       const std::array<double, 3> seen = cells.color_light(c, r);
       const Eigen::Vector3d s2 =
-          unmix * Eigen::Vector3d(seen[0], seen[1], seen[2]) + whole * neutral;
+          (1 / filled) * (unmix * Eigen::Vector3d(seen[0], seen[1], seen[2])) + whole * neutral;
       Lights& out =
           lights_[static_cast<std::size_t>(r) * static_cast<std::size_t>(cells.n_columns()) +
                   static_cast<std::size_t>(c)];

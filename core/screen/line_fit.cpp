@@ -10,8 +10,9 @@
 namespace reseau {
 namespace {
 
-// An error is believed where left-out strips gain so much [nats each]; a variance lower by a fifth.
-constexpr double kLeastGain = 0.10;
+// An error is believed where left-out strips gain so much [nats each], a variance lower by a fifth,
+// and more where few of them speak: the gain of n strips scatters by about 1 / sqrt(n).
+constexpr double kLeastGain = 0.10, kGainScatter = 2;
 constexpr double kLeastAmplitudePx = 0.008;
 
 struct Strip {
@@ -225,13 +226,15 @@ LineFit fit_line_error(const std::vector<LineSample>& samples, LineError::Axis a
   const std::vector<Strip> x = strips_of(samples, axis, strip_px, true),
                            y = strips_of(samples, axis, strip_px, false);
   double best_spacing = 0, best_gain = 0;
+  const double of_a_fold = std::max(1.0, 0.5 * static_cast<double>(samples.size()));
+  const double least_gain = kLeastGain + kGainScatter / std::sqrt(of_a_fold);
   for (double spacing = 32 * finest_px; spacing >= finest_px; spacing /= 2) {
     if (spacing > extent_px / 2) continue;
     const Trial tx = try_spacing(x, extent_px, spacing), ty = try_spacing(y, extent_px, spacing);
     const double gain = std::max(tx.gain, 0.0) + std::max(ty.gain, 0.0);
     // A looser error must earn what it adds.
     const bool large = std::hypot(tx.rms_px, ty.rms_px) > kLeastAmplitudePx;
-    if (large && gain > kLeastGain && gain > best_gain + 0.01) {
+    if (large && gain > least_gain && gain > best_gain + 0.01) {
       best_gain = gain;
       best_spacing = spacing;
     }

@@ -207,8 +207,9 @@ std::vector<double> correction(const SplineSurface& grid, const ScatteredValues&
 }
 
 constexpr std::array<int, 2> kFolds{0, 2};
-// A level is added where left-out samples gain so much [nats each].
-constexpr double kLeastLevelGain = 0.04;
+// A level is added where left-out samples gain so much [nats each], and more than the sum of their
+// gains scatters.
+constexpr double kLeastLevelGain = 0.04, kLevelScatter = 1;
 
 double middle_of(std::vector<double> values) {
   if (values.empty()) return 1;
@@ -327,7 +328,8 @@ void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int w
         static_cast<std::size_t>(std::max_element(gain.begin(), gain.end()) - gain.begin());
     // A correction must predict what it has not seen clearly better, or the film counts as stiff:
     // what the picture does to the phases is alike from block to block, too.
-    if (!(gain[best] > kLeastLevelGain * static_cast<double>(n_left_out))) continue;
+    const auto n_gains = static_cast<double>(n_left_out);
+    if (!(gain[best] > kLeastLevelGain * n_gains + kLevelScatter * std::sqrt(n_gains))) continue;
     levels.stiffness[level] = kStiffness[best];
     for (std::size_t t = 0; t < tasks.size(); ++t) tasks[t].residual = after[t][best];
   }

@@ -101,7 +101,7 @@ TEST(RealCrop, NoReseauIsLeftInThePicture) {
   const auto before = energy_at_the_lattice(seen, width, height, registration.map);
   // Grain and picture have some at any frequency; the promise is 0.01.
   for (const auto& [quality, bound] :
-       {std::pair{Quality::kDraft, 0.0005}, std::pair{Quality::kStandard, 0.0001},
+       {std::pair{Quality::kDraft, 0.0005}, std::pair{Quality::kStandard, 0.0005},
         std::pair{Quality::kBest, 0.001}}) {
     ReconstructOptions options;
     options.quality = quality;
