@@ -16,7 +16,7 @@ using Complex = std::complex<float>;
 constexpr int kMaxTiles = 20;
 // A peak sums 5 x 5 bins of two spectra, 72 on average where there is only noise.
 constexpr double kNoisePower = 110;
-constexpr double kLowestFrequency = 0.045;  // periods up to 22 px
+constexpr double kLowestFrequency = 0.028;  // periods up to 35 px
 
 // Mean silver, of full scale, below which a tile is left alone: black film shows 0.003 and noise.
 constexpr double kBlack = 0.004;

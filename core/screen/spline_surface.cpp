@@ -209,7 +209,7 @@ std::vector<double> correction(const SplineSurface& grid, const ScatteredValues&
 constexpr std::array<int, 2> kFolds{0, 2};
 // A level is added where left-out samples gain so much [nats each], and more than the sum of their
 // gains scatters.
-constexpr double kLeastLevelGain = 0.04, kLevelScatter = 1;
+constexpr double kLeastLevelGain = 0.04, kLevelScatter = 0.7;
 
 double middle_of(std::vector<double> values) {
   if (values.empty()) return 1;
