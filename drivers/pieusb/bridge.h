@@ -52,7 +52,7 @@ class PieBridge final : public ScsiDevice {
   // What came of one announced window.
   std::size_t read_window(std::span<std::byte> in);
   [[nodiscard]] Sense request_sense();
-  void resynchronise();
+  void resynchronise() override;
 
   UsbTransport& usb_;
   Clock& clock_;

@@ -330,15 +330,15 @@ TEST_F(Sessions, AReplayTakesFaultsByPositionAndAPace) {
     }
   }
   options.replay_fault = "disconnect@40";
-  EXPECT_THROW(open_scanner("replay:" + file_.string(), options), DeviceError);
+  EXPECT_THROW((void)open_scanner("replay:" + file_.string(), options), DeviceError);
   options.replay_fault = "nonsense";
-  EXPECT_THROW(open_scanner("replay:" + file_.string(), options), InputError);
+  EXPECT_THROW((void)open_scanner("replay:" + file_.string(), options), InputError);
   options.replay_fault.clear();
   options.replay_speed = 1e9;
   EXPECT_TRUE(scan_of(*open_scanner("replay:" + file_.string(), options).scanner, small_request())
                   .complete);
   options.replay_speed = -1;
-  EXPECT_THROW(open_scanner("replay:" + file_.string(), options), InputError);
+  EXPECT_THROW((void)open_scanner("replay:" + file_.string(), options), InputError);
 }
 
 }  // namespace
