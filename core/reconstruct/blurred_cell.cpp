@@ -21,7 +21,8 @@ BlurredCell::BlurredCell(const ScreenPattern& pattern, const Mat2& screen_from_s
   for (std::size_t i = 0; i < kSize; ++i)
     turn[i] = std::polar(1.0, 2 * kPi * static_cast<double>(i) / static_cast<double>(kSize));
   const auto turned = [&turn](int harmonic, std::size_t i) {
-    const auto h = static_cast<std::size_t>(harmonic + static_cast<int>(kSize));
+    const int positive = harmonic + static_cast<int>(kSize);
+    const auto h = static_cast<std::size_t>(positive);
     return turn[(h * i) % kSize];
   };
   std::array<Complex, kSize> row;

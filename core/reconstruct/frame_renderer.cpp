@@ -90,7 +90,8 @@ void FrameRenderer::render(const SilverRows& silver, const PixelBounds& rect, fl
     for (int x = 0; x < rect.width(); ++x, to += 3) {
       std::array<float, 3> sum{};
       for (int k = 0; k < n * n && !empty; ++k) {
-        const Vec2 p = grid.at(x + (k % n + 0.5) / n, y + (k / n + 0.5) / n);
+        const int part_x = k % n, part_y = k / n;
+        const Vec2 p = grid.at(x + (part_x + 0.5) / n, y + (part_y + 0.5) / n);
         const bool inside = p.x >= -0.5 && p.y >= -0.5 && p.x <= scan_width_px_ - 0.5 &&
                             p.y <= scan_height_px_ - 0.5;
         if (inside) window.add(p, sum);

@@ -18,8 +18,8 @@ ElementKernels::ElementKernels(const BlurredCell& cell, const EstimatorSettings&
   std::vector<double> gain(static_cast<std::size_t>(n));
   parallel_for(n, [&](int task) {
     const auto site = static_cast<std::size_t>(task / kHalf);
-    const int phase = task % kHalf;
-    const Vec2 f{(phase % kPhases + 0.5) / kPhases - 0.5, (phase / kPhases + 0.5) / kPhases - 0.5};
+    const int phase = task % kHalf, phase_x = phase % kPhases, phase_y = phase / kPhases;
+    const Vec2 f{(phase_x + 0.5) / kPhases - 0.5, (phase_y + 0.5) / kPhases - 0.5};
     const EstimatorTarget target{sites[site].color, f};
     const std::vector<double> w = estimator.weights(
         sites[site].middle - settings.screen_from_scan * f, std::span(&target, 1));
@@ -31,7 +31,8 @@ ElementKernels::ElementKernels(const BlurredCell& cell, const EstimatorSettings&
     double squares = 0;
     for (int y = 0; y < kSide; ++y) {
       for (int x = 0; x < kSide; ++x) {
-        const double value = w[static_cast<std::size_t>(y * kSide + x)];
+        const int at = y * kSide + x;
+        const double value = w[static_cast<std::size_t>(at)];
         squares += value * value;
         here[y * kRow + x] = static_cast<float>(value);
         opposite[(kSide - 1 - y) * kRow + kSide - 1 - x] = static_cast<float>(value);
@@ -50,17 +51,18 @@ DetailKernels::DetailKernels(const BlurredCell& cell, const EstimatorSettings& s
   const bool even = offset_px == Vec2{};
   const int n = even ? kPhases * kPhases / 2 : kPhases * kPhases;
   parallel_for(n, [&](int phase) {
+    const int phase_u = phase % kPhases, phase_v = phase / kPhases;
     const std::array<EstimatorTarget, 3> targets{{{0, offset_px}, {1, offset_px}, {2, offset_px}}};
-    const std::vector<double> w = estimator.weights(
-        {(phase % kPhases + 0.5) / kPhases, (phase / kPhases + 0.5) / kPhases}, targets);
+    const std::vector<double> w =
+        estimator.weights({(phase_u + 0.5) / kPhases, (phase_v + 0.5) / kPhases}, targets);
     float* here = &table_[static_cast<std::size_t>(phase) * kSide * 3 * kRow];
     float* opposite =
         &table_[static_cast<std::size_t>(kPhases * kPhases - 1 - phase) * kSide * 3 * kRow];
     for (int c = 0; c < 3; ++c) {
       for (int y = 0; y < kSide; ++y) {
         for (int x = 0; x < kSide; ++x) {
-          const auto value =
-              static_cast<float>(w[static_cast<std::size_t>((c * kSide + y) * kSide + x)]);
+          const int at = (c * kSide + y) * kSide + x;
+          const auto value = static_cast<float>(w[static_cast<std::size_t>(at)]);
           here[(y * 3 + c) * kRow + x] = value;
           if (even) opposite[((kSide - 1 - y) * 3 + c) * kRow + kSide - 1 - x] = value;
         }

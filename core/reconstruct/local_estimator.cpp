@@ -48,10 +48,15 @@ std::vector<double> LocalEstimator::weights(Vec2 middle,
   const auto line = static_cast<std::size_t>(settings_.line_color);
   const int side = side_px(), radius = settings_.radius_px, n = side * side;
   const double variance = settings_.sigma_px * settings_.sigma_px;
+  // Of pixel i of the square, from its middle.
+  const auto place = [side, radius](int i) {
+    const int column = i % side, row = i / side;
+    return Vec2{static_cast<double>(column - radius), static_cast<double>(row - radius)};
+  };
   std::vector<Mixture> pixels(static_cast<std::size_t>(n));
   for (int i = 0; i < n; ++i) {
     Mixture& pixel = pixels[static_cast<std::size_t>(i)];
-    const Vec2 p{static_cast<double>(i % side - radius), static_cast<double>(i / side - radius)};
+    const Vec2 p = place(i);
     const auto shares = [&](Vec2 q) {
       const Vec2 s = middle + settings_.screen_from_scan * q;
       return cell_.shares(static_cast<float>(s.x), static_cast<float>(s.y));
@@ -80,8 +85,8 @@ std::vector<double> LocalEstimator::weights(Vec2 middle,
     const Mixture& b = pixels[static_cast<std::size_t>(j)];
     for (int i = j; i < n; ++i) {
       const Mixture& a = pixels[static_cast<std::size_t>(i)];
-      const double dx = i % side - j % side, dy = i / side - j / side;
-      double sum = brightness_.at_square(dx * dx + dy * dy) + a.alternation * b.alternation;
+      double sum = brightness_.at_square(square_distance(place(i), place(j))) +
+                   a.alternation * b.alternation;
       for (std::size_t c = 0; c < 3; ++c)
         sum +=
             a.share[c] * b.share[c] * color_.at_square(square_distance(a.from_px[c], b.from_px[c]));
@@ -94,7 +99,7 @@ std::vector<double> LocalEstimator::weights(Vec2 middle,
     const auto c = static_cast<std::size_t>(targets[t].color);
     for (int i = 0; i < n; ++i) {
       const Mixture& a = pixels[static_cast<std::size_t>(i)];
-      const Vec2 p{static_cast<double>(i % side - radius), static_cast<double>(i / side - radius)};
+      const Vec2 p = place(i);
       right(i, static_cast<Eigen::Index>(t)) =
           brightness_seen_.at_square(square_distance(p, targets[t].offset_px)) +
           a.share[c] * color_seen_.at_square(square_distance(a.from_px[c], targets[t].offset_px));

@@ -72,6 +72,7 @@ MeasuredTiles measure_tiles(const LineSource& source, const Registration& regist
     }
   });
   std::vector<Vec2> middles;
+  middles.reserve(places.size());
   for (const TilePlace& place : places)
     middles.push_back({place.x + 0.5 * (size - 1), place.y + 0.5 * (size - 1)});
   return {std::move(tiles), std::move(middles)};

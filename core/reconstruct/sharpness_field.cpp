@@ -164,7 +164,7 @@ BlurSurface fit_blur_surface(const std::vector<BlurSample>& samples, Vec2 frame_
   if (rest.size() >= kFewSamples) {
     double cut = 1e30, best = 0;
     for (int degree = 0; degree <= most_degree; ++degree) {
-      if (static_cast<std::size_t>(3 * n_terms(degree)) > rest.size()) break;
+      if (3 * static_cast<std::size_t>(n_terms(degree)) > rest.size()) break;
       if (degree == 0) cut = 4 * fit_polynomial(rest, fold, kNone, 0, frame_px).spread;
       const double error = prediction_error(rest, fold, degree, frame_px, cut);
       if (degree == 0 || error < kGain * best) {

@@ -32,7 +32,8 @@ class WeightTable {
     }
   }
   [[nodiscard]] const float* at(float fraction) const {
-    return &weights_[static_cast<std::size_t>(fraction * kSteps + 0.5F) * 4];
+    constexpr float kHalf = 0.5F;  // fractions are not negative: this rounds
+    return &weights_[static_cast<std::size_t>(fraction * kSteps + kHalf) * 4];
   }
 
  private:
@@ -204,7 +205,7 @@ void TileRenderer::add_detail(const SilverRows& silver, const BlankBlocks& blank
                               const std::vector<float>& smooth_of_silver,
                               std::vector<float>& picture) const {
   const PixelBounds wide = rect.grown(kDetailReach);
-  const auto stride = static_cast<std::ptrdiff_t>(wide.width() + 1);
+  const auto stride = static_cast<std::ptrdiff_t>(wide.width()) + 1;
   std::vector<float> rest(
       static_cast<std::size_t>(stride) * static_cast<std::size_t>(wide.height()) + 4);
   const std::vector<BlurLevel>& levels = settings_.levels.levels();
@@ -234,14 +235,15 @@ void TileRenderer::add_detail(const SilverRows& silver, const BlankBlocks& blank
   for (int y = rect.y0; y < rect.y1; ++y) {
     silver_at.row(y, at);
     const float* corner = &rest[static_cast<std::size_t>((y - wide.y0 - kDetailReach) * stride)];
+    const ScreenPoint* const point = at.data() + kDetailReach;
     for_runs(blank, rect.x0, y, rect.width(), kDetailReach, [&](int begin, int end, bool skip) {
       if (skip) return;
       for (int x = begin; x < end; ++x) {
-        const ScreenPoint s = at[static_cast<std::size_t>(x + kDetailReach)];
+        const ScreenPoint s = point[x];
         if (levels.size() > 1 && (x % kSigmaStep == 0 || x == begin)) {
+          const int step_x = rect.x0 + x - x % kSigmaStep;
           place = settings_.levels.place(
-              settings_.blur.sigma_px({static_cast<double>(rect.x0 + x / kSigmaStep * kSigmaStep),
-                                       static_cast<double>(y)}));
+              settings_.blur.sigma_px({static_cast<double>(step_x), static_cast<double>(y)}));
         }
         const BlurLevel& level = levels[place.index + (place.toward_next > 0.5F ? 1 : 0)];
         const float* weight = level.detail->of(s.u, s.v);
