@@ -60,6 +60,7 @@ const PieModel* find_pie_model(std::string_view name) {
 
 std::vector<std::string> pie_model_names() {
   std::vector<std::string> names;
+  names.reserve(std::size(kPieModels));
   for (const PieModel& model : kPieModels) names.emplace_back(model.name);
   return names;
 }

@@ -11,7 +11,7 @@ namespace reseau::sim::pie {
 namespace {
 
 constexpr int kBandRows = 64;
-constexpr char kTags[] = {'R', 'G', 'B', 'I'};
+constexpr unsigned char kTags[] = {'R', 'G', 'B', 'I'};
 
 SensorSpec even_sensor(SensorSpec spec) {
   // Pixels and dark level are this unit's own (PieSensor).
@@ -105,7 +105,7 @@ void PieStream::append_line(int row, int channel, Bytes& to) {
   const auto line = static_cast<std::size_t>(row - band.first_row) * kChannels +
                     static_cast<std::size_t>(channel);
   const std::uint16_t* const values = band.values.data() + line * width;
-  const auto tag = static_cast<std::uint32_t>(kTags[channel]);
+  const std::uint32_t tag = kTags[channel];
   put8(to, tag);
   put8(to, tag);
   for (std::size_t i = 0; i < width; ++i) {
@@ -136,7 +136,7 @@ void append_calibration(const PieSensor& sensor, int n_lines, int n_colours,
       continue;
     }
     const int c = line % n_colours;
-    const auto tag = static_cast<std::uint32_t>(kTags[c]);
+    const std::uint32_t tag = kTags[c];
     put8(to, tag);
     put8(to, tag);
     for (int pixel = 0; pixel < sensor.n_pixels(); ++pixel) {
@@ -147,7 +147,8 @@ void append_calibration(const PieSensor& sensor, int n_lines, int n_colours,
       const double deviate = (static_cast<double>(bits & 0xffff) / 65535 - 0.5) * std::sqrt(12.0);
       const double value =
           signal + sensor.dark(c, pixel) + noise * std::sqrt(std::max(signal, 0.04)) * deviate;
-      const auto code = static_cast<std::uint32_t>(std::clamp(value, 0.0, 1.0) * 65535 + 0.5);
+      const auto code =
+          static_cast<std::uint32_t>(std::lround(std::clamp(value, 0.0, 1.0) * 65535));
       put8(to, code & 0xff);
       put8(to, code >> 8);
     }
