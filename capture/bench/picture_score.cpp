@@ -28,11 +28,11 @@ Lab lab_of(const float* rgb) {
 std::vector<float> blurred(const std::vector<float>& rgb, int width, int height, double sigma_px) {
   const int reach = static_cast<int>(std::ceil(4 * sigma_px));
   std::vector<float> weight(static_cast<std::size_t>(2 * reach) + 1);
+  float* const middle = weight.data() + reach;
   float total = 0;
   for (int i = -reach; i <= reach; ++i) {
     const double x = i / sigma_px;
-    total += weight[static_cast<std::size_t>(i + reach)] =
-        static_cast<float>(std::exp(-0.5 * x * x));
+    total += middle[i] = static_cast<float>(std::exp(-0.5 * x * x));
   }
   for (float& w : weight) w /= total;
   const auto pass = [&](const std::vector<float>& from, bool along_x) {
@@ -48,8 +48,7 @@ std::vector<float> blurred(const std::vector<float>& rgb, int width, int height,
               &from[(static_cast<std::size_t>(along_x ? y : at) * static_cast<std::size_t>(width) +
                      static_cast<std::size_t>(along_x ? at : x)) *
                     3];
-          const float w = weight[static_cast<std::size_t>(i + reach)];
-          for (std::size_t c = 0; c < 3; ++c) sum[c] += w * p[c];
+          for (std::size_t c = 0; c < 3; ++c) sum[c] += middle[i] * p[c];
         }
         std::copy_n(sum.begin(), 3, to.begin() + (static_cast<std::ptrdiff_t>(y) * width + x) * 3);
       }

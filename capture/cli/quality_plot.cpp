@@ -86,6 +86,7 @@ std::string quality_plot(const std::vector<QualityPoint>& points) {
   std::erase_if(means, [](const QualityMean& mean) { return !mean.on_front; });
   std::ranges::sort(means, {}, &QualityMean::seconds);
   std::vector<Vec2> front;
+  front.reserve(means.size());
   for (const QualityMean& mean : means) front.push_back(area.at(mean.seconds, mean.delta_e));
   if (front.size() > 1) page.path(front, {"#333333", 1.5, "5 3"});
   return page.str();

@@ -57,13 +57,17 @@ ordered_json capabilities_json(const Capabilities& c) {
 }
 
 struct Looked {
+  // Filled in place: moving a JSON object may throw.
+  Looked() = default;
+  Looked(const Looked&) = delete;
+  Looked& operator=(const Looked&) = delete;
+
   ordered_json unit, error;
   std::string serial;
 };
 
 // Opens the unit, which makes the driver read all that it can of it.
-Looked look_at(const std::string& name, const fs::path& recording) {
-  Looked looked;
+void look_at(const std::string& name, const fs::path& recording, Looked& looked) {
   // Known even where the unit cannot be opened.
   const std::string with_ids = "usb:04b0:4002:";
   if (name.starts_with("usb:") && name.size() > with_ids.size()) {
@@ -80,7 +84,6 @@ Looked look_at(const std::string& name, const fs::path& recording) {
   } catch (const std::system_error& error) {
     looked.error = {{"message", error.what()}, {"detail", error.code().message()}};
   }
-  return looked;
 }
 
 ordered_json commands_json(const fs::path& session) {
@@ -115,7 +118,8 @@ ExitCode dump(const std::string& device, const std::string& output, Work& work) 
   refuse_taken(json_path);
   refuse_taken(session_path);
   const fs::path raw = output + fmt::format(".{}.part", getpid());
-  const Looked looked = as_failure(Doing::kWriting, [&] { return look_at(name, raw); });
+  Looked looked;
+  as_failure(Doing::kWriting, [&] { look_at(name, raw, looked); });
   ordered_json json = {
       {"schema", "reseau-dump/1"}, {"version", RESEAU_VERSION},   {"device", name},
       {"system", system_json()},   {"findings", findings_json()}, {"unit", looked.unit},

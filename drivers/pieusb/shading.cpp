@@ -154,7 +154,8 @@ void Shading::apply(std::span<std::uint16_t> row, int n_channels) const {
       // What was cut off stays visible as such.
       if (samples[i] == 65535) continue;
       const float even = (static_cast<float>(samples[i]) - dark_[c][i]) * gain_[c][i];
-      samples[i] = static_cast<std::uint16_t>(std::clamp(even, 0.0F, 65535.0F) + 0.5F);
+      constexpr float kHalf = 0.5F;  // nothing is negative: this rounds
+      samples[i] = static_cast<std::uint16_t>(std::clamp(even, 0.0F, 65535.0F) + kHalf);
     }
   }
 }
