@@ -56,34 +56,26 @@ ordered_json capabilities_json(const Capabilities& c) {
           {"can_eject", c.can_eject}};
 }
 
-struct Looked {
-  // Filled in place: moving a JSON object may throw.
-  Looked() = default;
-  Looked(const Looked&) = delete;
-  Looked& operator=(const Looked&) = delete;
-
-  ordered_json unit, error;
-  std::string serial;
-};
-
-// Opens the unit, which makes the driver read all that it can of it.
-void look_at(const std::string& name, const fs::path& recording, Looked& looked) {
-  // Known even where the unit cannot be opened.
+// Opens the unit, which makes the driver read all that it can of it: "unit" and "error", one of
+// them null. `serial` is filled in where it is known, even if the unit cannot be opened.
+ordered_json look_at(const std::string& name, const fs::path& recording, std::string& serial) {
+  ordered_json looked{{"unit", nullptr}, {"error", nullptr}};
   const std::string with_ids = "usb:04b0:4002:";
   if (name.starts_with("usb:") && name.size() > with_ids.size()) {
-    looked.serial = name.substr(with_ids.size());
+    serial = name.substr(with_ids.size());
   }
   OpenOptions options;
   options.record_to = recording;
   try {
     const OpenedScanner opened = open_scanner(name, options);
-    looked.unit = capabilities_json(opened.scanner->capabilities());
-    if (looked.serial.empty()) looked.serial = opened.scanner->capabilities().serial;
+    looked["unit"] = capabilities_json(opened.scanner->capabilities());
+    if (serial.empty()) serial = opened.scanner->capabilities().serial;
   } catch (const DeviceError& error) {
-    looked.error = {{"message", error.what()}, {"detail", error.detail()}};
+    looked["error"] = {{"message", error.what()}, {"detail", error.detail()}};
   } catch (const std::system_error& error) {
-    looked.error = {{"message", error.what()}, {"detail", error.code().message()}};
+    looked["error"] = {{"message", error.what()}, {"detail", error.code().message()}};
   }
+  return looked;
 }
 
 ordered_json commands_json(const fs::path& session) {
@@ -118,12 +110,13 @@ ExitCode dump(const std::string& device, const std::string& output, Work& work) 
   refuse_taken(json_path);
   refuse_taken(session_path);
   const fs::path raw = output + fmt::format(".{}.part", getpid());
-  Looked looked;
-  as_failure(Doing::kWriting, [&] { look_at(name, raw, looked); });
+  std::string serial;
+  const ordered_json looked =
+      as_failure(Doing::kWriting, [&] { return look_at(name, raw, serial); });
   ordered_json json = {
       {"schema", "reseau-dump/1"}, {"version", RESEAU_VERSION},   {"device", name},
-      {"system", system_json()},   {"findings", findings_json()}, {"unit", looked.unit},
-      {"error", looked.error}};
+      {"system", system_json()},   {"findings", findings_json()}, {"unit", looked["unit"]},
+      {"error", looked["error"]}};
   bool recorded = false;
   if (fs::exists(raw)) {
     try {
@@ -137,7 +130,7 @@ ExitCode dump(const std::string& device, const std::string& output, Work& work) 
     }
     fs::remove(raw);
   }
-  const std::string text = without(json.dump(2), looked.serial) + "\n";
+  const std::string text = without(json.dump(2), serial) + "\n";
   std::ofstream file(json_path);
   file << text << std::flush;
   if (!file) {
@@ -152,8 +145,8 @@ ExitCode dump(const std::string& device, const std::string& output, Work& work) 
   work.reporter.result_json({{"schema", "reseau-dump-files/1"},
                              {"json", json_path.string()},
                              {"session", recorded ? session_path.string() : ""},
-                             {"opened", looked.error.is_null()}});
-  return looked.error.is_null() ? kExitOk : kExitDevice;
+                             {"opened", looked["error"].is_null()}});
+  return looked["error"].is_null() ? kExitOk : kExitDevice;
 }
 
 }  // namespace
