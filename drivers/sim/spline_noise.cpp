@@ -39,10 +39,10 @@ void SplineNoise::add_row(double y, double x0, float gain, std::span<float> out)
     const auto a1 = static_cast<float>((c[2] - c[0]) / 2);
     const auto a2 = static_cast<float>((c[0] - 2 * c[1] + c[2]) / 2);
     const auto a3 = static_cast<float>((c[3] - c[0] + 3 * (c[1] - c[2])) / 6);
-    const auto f0 = static_cast<float>(tx0 - static_cast<double>(ix));
-    const auto fstep = static_cast<float>(step);
+    const auto knot = static_cast<double>(ix);
     for (; i < end; ++i) {
-      const float f = f0 + static_cast<float>(static_cast<int>(i)) * fstep;
+      // From the place itself, so that rows which begin elsewhere give the same value there.
+      const auto f = static_cast<float>((x0 + static_cast<double>(i)) * step - knot);
       out[i] += gain * (a0 + f * (a1 + f * (a2 + f * a3)));
     }
     ++ix;
