@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "capture/color/color_record.h"
+#include "core/base/error.h"
 #include "core/color/white_balance.h"
 #include "core/line/rgb_lines.h"
 
