@@ -30,9 +30,11 @@ ProcessResult ExportedUnit::run(std::vector<std::string> program,
   return result;
 }
 
-ProcessResult ExportedUnit::scanimage(std::vector<std::string> arguments) const {
+ProcessResult ExportedUnit::scanimage(std::vector<std::string> arguments,
+                                      std::vector<std::string> environment) const {
   arguments.insert(arguments.begin(), RESEAU_SCANIMAGE);
-  return run(std::move(arguments), {"SANE_CONFIG_DIR=" + file("sane.d")});
+  environment.push_back("SANE_CONFIG_DIR=" + file("sane.d"));
+  return run(std::move(arguments), std::move(environment));
 }
 
 ProcessResult ExportedUnit::stop() {

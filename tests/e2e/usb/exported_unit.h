@@ -19,7 +19,8 @@ class ExportedUnit {
   [[nodiscard]] ProcessResult run(std::vector<std::string> program,
                                   std::vector<std::string> environment = {}) const;
   // scanimage with SANE's coolscan3 alone, on this unit.
-  [[nodiscard]] ProcessResult scanimage(std::vector<std::string> arguments) const;
+  [[nodiscard]] ProcessResult scanimage(std::vector<std::string> arguments,
+                                        std::vector<std::string> environment = {}) const;
   // As Ctrl-C does.
   [[nodiscard]] ProcessResult stop();
   [[nodiscard]] const std::string& address() const { return address_; }
