@@ -12,8 +12,9 @@ namespace reseau::testing {
 
 class ExportedUnit {
  public:
-  // Settings as words of the command line: "frames=6".
-  ExportedUnit(const std::string& model, const std::vector<std::string>& settings);
+  // Settings as words of the command line: "frames=6". `backend` is the one that SANE loads.
+  ExportedUnit(const std::string& model, const std::vector<std::string>& settings,
+               const std::string& backend = "coolscan3");
 
   // Runs a program under tests/support/usbip_host.
   [[nodiscard]] ProcessResult run(std::vector<std::string> program,
