@@ -8,6 +8,7 @@
 
 #include "drivers/coolscan/models.h"
 #include "drivers/families.h"
+#include "drivers/permission.h"
 #include "drivers/registry.h"
 #include "drivers/scsi/sg_node.h"
 #include "drivers/usb/libusb_transport.h"
@@ -16,12 +17,6 @@ namespace reseau {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kRuleName = "60-reseau.rules";
-constexpr const char* kReload =
-    "sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=usb "
-    "--subsystem-match=scsi_generic, or unplug the "
-    "scanner and plug it in again";
 
 Finding bus_finding() {
   std::error_code error;
@@ -33,24 +28,37 @@ Finding bus_finding() {
           "run on the host, or start the container with --device=/dev/bus/usb"};
 }
 
-Finding rule_finding() {
+// Empty when no folder that udev reads has it.
+fs::path installed_rule() {
   for (const char* directory : {"/etc/udev/rules.d", "/run/udev/rules.d", "/usr/lib/udev/rules.d",
                                 "/lib/udev/rules.d", "/usr/local/lib/udev/rules.d"}) {
-    const fs::path path = fs::path(directory) / kRuleName;
+    fs::path path = fs::path(directory) / kRuleName;
     std::error_code error;
-    if (fs::exists(path, error)) {
-      return {Finding::Level::kOk, "udev rule", path.string() + " is installed", ""};
-    }
+    if (fs::exists(path, error)) return path;
   }
+  return {};
+}
+
+Finding rule_finding() {
+  const fs::path rule = installed_rule();
+  if (!rule.empty()) {
+    return {Finding::Level::kOk, "udev rule", rule.string() + " is installed", ""};
+  }
+  const bool group_exists = look_at_permission("", false).group_exists;
   return {Finding::Level::kWarning, "udev rule",
           std::string(kRuleName) +
               " is not installed; without it, or SANE's rules, only root may use the scanner",
-          std::string("sudo cp udev/") + kRuleName + " /etc/udev/rules.d/ && " + kReload};
+          rule_command(rule_source(), group_exists)};
 }
 
-// Names of programs that have the node open, as far as /proc lets this user look.
-std::vector<std::string> holders_of(const std::string& node) {
-  std::vector<std::string> holders;
+struct Holders {
+  std::vector<std::string> names;
+  bool others_hidden = false;  // programs of other people, which only root may look at
+};
+
+// Programs that have the node open, as far as /proc lets this person look.
+Holders holders_of(const std::string& node) {
+  Holders holders;
   std::error_code error;
   const std::string self = std::to_string(getpid());
   for (const fs::directory_entry& process : fs::directory_iterator("/proc", error)) {
@@ -58,12 +66,13 @@ std::vector<std::string> holders_of(const std::string& node) {
     if (pid == self || pid.find_first_not_of("0123456789") != std::string::npos) continue;
     std::error_code denied;
     fs::directory_iterator fd(process.path() / "fd", denied);
+    holders.others_hidden = holders.others_hidden || denied == std::errc::permission_denied;
     for (; !denied && fd != fs::directory_iterator(); fd.increment(denied)) {
       std::error_code unreadable;
       if (fs::read_symlink(fd->path(), unreadable) != node) continue;
       std::string name;
       std::getline(std::ifstream(process.path() / "comm"), name);
-      holders.push_back(name + " (process " + pid + ")");
+      holders.names.push_back(name + " (process " + pid + ")");
       break;
     }
   }
@@ -76,15 +85,18 @@ void add_unit(const std::string& name, const std::string& node, const std::strin
   if (access(node.c_str(), R_OK | W_OK) == 0) {
     findings.push_back({Finding::Level::kOk, "permission on " + node, "read and write", ""});
   } else {
-    findings.push_back({Finding::Level::kProblem, "permission on " + node,
-                        "you may not write to it",
-                        std::string("install ") + kRuleName + ", then " + kReload +
-                            "; without a seat (ssh, service) also: sudo adduser $USER scanner, "
-                            "and log in again"});
+    findings.push_back(
+        {Finding::Level::kProblem, "permission on " + node, "you may not write to it",
+         permission_remedy(look_at_permission(node, !installed_rule().empty()), rule_source())});
   }
-  for (const std::string& holder : holders_of(node)) {
+  const Holders holders = holders_of(node);
+  for (const std::string& holder : holders.names) {
     findings.push_back({Finding::Level::kWarning, "who uses " + node,
                         holder + " has the scanner open", "close that program"});
+  }
+  if (holders.names.empty() && holders.others_hidden) {
+    findings.push_back({Finding::Level::kOk, "who uses " + node,
+                        "no program of yours; to see those of others: sudo fuser -v " + node, ""});
   }
 }
 

@@ -1,10 +1,13 @@
 #include "drivers/export_unit.h"
 
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "core/base/error.h"
 #include "drivers/coolscan/models.h"
+#include "drivers/families.h"
+#include "drivers/pieusb/models.h"
 #include "drivers/sim/simulated_unit.h"
 #include "drivers/usbip/exported_device.h"
 #include "drivers/usbip/listen_socket.h"
@@ -39,19 +42,42 @@ usbip::DeviceDescription coolscan_description(const UsbIdentity& identity) {
   return device;
 }
 
+// A bridge of Genesys Logic (SANE's pieusb backend). Its strings are not known.
+usbip::DeviceDescription pie_description(const UsbIdentity& identity) {
+  usbip::DeviceDescription device;
+  device.vendor_id = identity.vendor_id;
+  device.product_id = identity.product_id;
+  device.bcd_device = identity.bcd_device;
+  device.high_speed = identity.max_packet_bytes >= kHighSpeedPacket;
+  device.bcd_usb = device.high_speed ? 0x0200 : 0x0110;
+  device.serial = identity.serial;
+  device.endpoints = {{identity.bulk_in, false, 0, 0}};
+  device.bears_reset = false;
+  return device;
+}
+
+usbip::DeviceDescription description_of(const UsbIdentity& identity) {
+  return identity.vendor_id == pieusb::kGenesysVendorId ? pie_description(identity)
+                                                        : coolscan_description(identity);
+}
+
+std::string name_of(const UsbIdentity& identity, const usbip::DeviceDescription& device) {
+  return device.product.empty() ? trade_name_of(identity.vendor_id, identity.product_id)
+                                : device.manufacturer + " " + device.product;
+}
+
 }  // namespace
 
 void export_unit(const ExportOptions& options, const ExportTalk& talk,
                  const std::stop_token& stop) {
   const std::unique_ptr<UsbTransport> unit = sim::open_simulated_unit(options.device_name);
-  usbip::ExportedDevice device(coolscan_description(unit->identity()), *unit);
+  usbip::ExportedDevice device(description_of(unit->identity()), *unit);
   const usbip::ListenSocket listener(options.listen);
   if (listener.open_to_others()) {
     talk.note("Other computers can reach " + listener.address() +
               ", and nobody is asked for a password.");
   }
-  talk.ready(listener.address(),
-             device.description().manufacturer + " " + device.description().product);
+  talk.ready(listener.address(), name_of(unit->identity(), device.description()));
   usbip::serve(listener, device, stop, talk.note);
 }
 

@@ -11,6 +11,8 @@
 
 namespace reseau {
 
+inline constexpr double kMmPerInch = 25.4;
+
 // Film area from the corner where the scan starts [mm]. Absent fields mean "all there is".
 struct AreaRequest {
   std::optional<double> left_mm;

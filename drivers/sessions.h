@@ -42,7 +42,8 @@ ShownSession show_session(const std::filesystem::path& file,
 struct SessionCheck {
   ShownSession session;
   int n_failed_transfers = 0;  // recorded failures: not a fault of the recording
-  int n_refused = 0;  // commands that the unit did not answer with good, unit attentions out
+  int n_not_ready = 0;         // busy, warming up, without film: what a poll is there to hear
+  int n_refused = 0;           // commands that the unit does not know, cannot do, or gave up
   std::vector<std::string> problems;  // sentences
 };
 // Throws InputError or std::system_error for what is no recording at all.

@@ -130,6 +130,24 @@ void prepare_directory(const std::filesystem::path& directory) {
   }
 }
 
+PreparedDirectory::PreparedDirectory(const std::filesystem::path& directory) {
+  std::error_code ignored;
+  std::filesystem::path missing = directory.lexically_normal();
+  if (!missing.has_filename()) missing = missing.parent_path();  // "out/"
+  while (!missing.empty() && !std::filesystem::exists(missing, ignored)) {
+    made_.push_back(missing);
+    missing = missing.parent_path();
+  }
+  prepare_directory(directory);
+}
+
+PreparedDirectory::~PreparedDirectory() {
+  std::error_code not_empty;
+  for (const std::filesystem::path& directory : made_) {
+    if (!std::filesystem::remove(directory, not_empty)) return;
+  }
+}
+
 void refuse_existing(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::symlink_status(path, ignored).type() ==

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <CLI/App.hpp>
 
@@ -42,6 +43,18 @@ struct PictureNames {
                                          const std::string& name);
 // Makes the folder and looks that it can be written. Failure kExitOutput otherwise.
 void prepare_directory(const std::filesystem::path& directory);
+// The same; what it made and nothing came to lie in is taken away again, so that a scan that could
+// not begin leaves no empty folders behind.
+class PreparedDirectory {
+ public:
+  explicit PreparedDirectory(const std::filesystem::path& directory);
+  ~PreparedDirectory();
+  PreparedDirectory(const PreparedDirectory&) = delete;
+  PreparedDirectory& operator=(const PreparedDirectory&) = delete;
+
+ private:
+  std::vector<std::filesystem::path> made_;  // the innermost first
+};
 // Failure kExitOutput when a file is there already: nothing is ever overwritten.
 void refuse_existing(const std::filesystem::path& path);
 

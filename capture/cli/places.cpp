@@ -29,18 +29,18 @@ std::filesystem::path existing_part(std::filesystem::path path) {
   return path;
 }
 
-Finding writable(const std::filesystem::path& folder, const std::string& what) {
+Finding writable(const std::filesystem::path& folder, const std::string& what,
+                 const std::string& elsewhere) {
   const std::filesystem::path there = existing_part(folder);
   std::error_code ignored;
   if (!std::filesystem::is_directory(there, ignored)) {
-    return {Level::kProblem, what, there.string() + " is no folder",
-            "choose another folder with -o"};
+    return {Level::kProblem, what, there.string() + " is no folder", elsewhere};
   }
   if (::access(there.c_str(), W_OK | X_OK) != 0) {
     return {Level::kProblem, what,
             fmt::format("{} cannot be written: {}", there.string(),
                         std::generic_category().message(errno)),
-            fmt::format("sudo chown \"$USER\" '{}', or choose another folder", there.string())};
+            elsewhere};
   }
   return {Level::kOk, what,
           there == existing_part(folder) && std::filesystem::exists(folder, ignored)
@@ -70,8 +70,10 @@ Finding room(const std::filesystem::path& folder) {
 }  // namespace
 
 std::vector<Finding> diagnose_places(const std::filesystem::path& output) {
-  std::vector<Finding> findings{writable(output, "folder for scans"), room(output)};
-  Finding calibrations = writable(default_profile_directory(), "folder for calibrations");
+  std::vector<Finding> findings{
+      writable(output, "folder for scans", "choose another folder with -o"), room(output)};
+  Finding calibrations = writable(default_profile_directory(), "folder for calibrations",
+                                  "set XDG_DATA_HOME to a folder that you may write to");
   // Scanning works without.
   if (calibrations.level == Level::kProblem) calibrations.level = Level::kWarning;
   findings.push_back(calibrations);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "capture/cli/develop_choice.h"
 #include "capture/cli/event_log.h"
 #include "capture/cli/failure.h"
 #include "capture/cli/scan_finish.h"
@@ -96,7 +97,8 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
   // The options are looked at before any device is touched.
   as_failure(Doing::kReadingOptions, [&] { static_cast<void>(job.scan.request()); });
   const std::filesystem::path directory = job.place.directory();
-  if (!job.dont_scan) prepare_directory(directory);
+  std::optional<PreparedDirectory> prepared;
+  if (!job.dont_scan) prepared.emplace(directory);
 
   Opened opened = open_device(job, reporter);
   Scanner& scanner = *opened.device.scanner;

@@ -9,6 +9,7 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include "capture/cli/develop_choice.h"
 #include "capture/cli/failure.h"
 #include "capture/cli/scan_choice.h"
 #include "capture/cli/verbs.h"
@@ -107,6 +108,7 @@ ExitCode dump(const std::string& device, const std::string& output, Work& work) 
   const std::string name =
       as_failure(Doing::kReadingOptions, [&] { return choose_device(device); });
   const fs::path json_path = output + ".json", session_path = output + ".pcapng";
+  const PreparedDirectory prepared(json_path.has_parent_path() ? json_path.parent_path() : ".");
   refuse_taken(json_path);
   refuse_taken(session_path);
   const fs::path raw = output + fmt::format(".{}.part", getpid());

@@ -78,14 +78,16 @@ void write_png(const Strip& strip, const std::filesystem::path& path) {
 }
 
 ExitCode preview(const PreviewChoice& choice, Work& work) {
-  refuse_existing(choice.output);
+  const std::filesystem::path file(choice.output);
+  refuse_existing(file);
+  const PreparedDirectory prepared(file.has_parent_path() ? file.parent_path() : ".");
   const std::string name =
       as_failure(Doing::kReadingOptions, [&] { return choose_device(choice.device); });
   OpenedScanner opened = as_failure(Doing::kOpeningDevice, [&] { return open_scanner(name, {}); });
   const Strip strip =
       as_failure(Doing::kReadingOptions, [&] { return read_strip(*opened.scanner, work); });
   if (work.signals.stop().stop_requested()) return kExitCancelled;
-  as_failure(Doing::kWriting, [&] { write_png(strip, choice.output); });
+  as_failure(Doing::kWriting, [&] { write_png(strip, file); });
 
   const Capabilities& c = opened.scanner->capabilities();
   nlohmann::ordered_json frames = nlohmann::ordered_json::array();

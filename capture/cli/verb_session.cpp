@@ -110,9 +110,9 @@ ExitCode check(const std::string& file, Work& work) {
     found.problems.push_back("Replayed with this program: " + *replay.difference);
   }
   const bool whole = found.problems.empty();
-  reporter.result_line(fmt::format("{} commands to {}, {} refused, {} failed transfers",
-                                   found.session.n_exchanges, found.session.device, found.n_refused,
-                                   found.n_failed_transfers));
+  reporter.result_line(fmt::format(
+      "{} commands to {}, {} not ready, {} refused, {} failed transfers", found.session.n_exchanges,
+      found.session.device, found.n_not_ready, found.n_refused, found.n_failed_transfers));
   if (replay.asked && !replay.difference) {
     reporter.result_line(
         fmt::format("this program does the same: {} lines replayed", replay.n_lines));
@@ -122,6 +122,7 @@ ExitCode check(const std::string& file, Work& work) {
   for (const std::string& problem : found.problems) reporter.result_line("problem: " + problem);
   ordered_json json = {{"schema", "reseau-session-check/1"}, {"whole", whole}};
   json.update(session_json(found.session));
+  json["not_ready"] = found.n_not_ready;
   json["refused"] = found.n_refused;
   json["failed_transfers"] = found.n_failed_transfers;
   json["replayed"] = replay.asked && !replay.difference;

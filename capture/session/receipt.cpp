@@ -99,6 +99,8 @@ ordered_json scan_to_json(const ReceiptScan& scan) {
                          {"adjusted", adjusted},
                          {"resolution_dpi", scan.negotiated.plan.resolution_dpi},
                          {"depth_bits", scan.negotiated.plan.depth_bits},
+                         {"samples", scan.negotiated.plan.samples},
+                         {"sensor_lines", scan.negotiated.plan.sensor_lines},
                          {"disk_stalls", outcome.queue.n_stalls}};
   put_number(object, "disk_stalled_s", seconds(outcome.queue.stalled));
   put_number(object, "preparing_s", seconds(outcome.preparing));

@@ -15,6 +15,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::array kExposureNames{"red", "green", "blue", "infrared"};
+constexpr std::array kSensorLineNames{"auto", "one", "all"};
 constexpr const char* kSchema = "reseau-request/1";
 
 template <typename T>
@@ -62,6 +63,18 @@ ExposureRequest exposure_from_json(const json& object) {
   return exposure;
 }
 
+// Earlier recordings hold the number instead of the name, and nothing for "auto".
+SensorLines sensor_lines_from_json(const json& object) {
+  const auto found = object.find("sensor_lines");
+  if (found == object.end()) return SensorLines::kAuto;
+  for (std::size_t i = 0; i < kSensorLineNames.size(); ++i) {
+    const bool named = found->is_string() && *found == kSensorLineNames[i];
+    const bool numbered = found->is_number_integer() && *found == static_cast<int>(i);
+    if (named || numbered) return static_cast<SensorLines>(i);
+  }
+  throw InputError("unknown sensor lines " + found->dump());
+}
+
 ScanRequest request_from_json(const json& object) {
   ScanRequest request;
   request.resolution_dpi = get_optional<int>(object, "resolution_dpi");
@@ -77,10 +90,7 @@ ScanRequest request_from_json(const json& object) {
   request.frame = object.value("frame", 1);
   request.frame_offset_mm = object.value("frame_offset_mm", 0.0);
   request.samples = object.value("samples", 1);
-  const int lines = object.value("sensor_lines", 0);
-  request.sensor_lines = lines == 0   ? SensorLines::kAuto
-                         : lines == 1 ? SensorLines::kOne
-                                      : SensorLines::kAll;
+  request.sensor_lines = sensor_lines_from_json(object);
   request.overview = object.value("overview", false);
   return request;
 }
@@ -115,13 +125,11 @@ ordered_json request_to_json(const ScanRequest& request) {
   }
   object["exposure"] = exposure;
   object["frame"] = request.frame;
-  // Named only where asked for, so that recordings of plain scans stay as they were.
+  object["frame_offset_mm"] = request.frame_offset_mm;
+  object["samples"] = request.samples;
+  object["sensor_lines"] = kSensorLineNames[static_cast<std::size_t>(request.sensor_lines)];
+  // Named only where asked for: neither belongs to an ordinary scan.
   if (!request.exposure.lock) object["exposure"]["lock"] = false;
-  if (request.frame_offset_mm != 0) object["frame_offset_mm"] = request.frame_offset_mm;
-  if (request.samples != 1) object["samples"] = request.samples;
-  if (request.sensor_lines != SensorLines::kAuto) {
-    object["sensor_lines"] = static_cast<int>(request.sensor_lines);
-  }
   if (request.overview) object["overview"] = true;
   return object;
 }

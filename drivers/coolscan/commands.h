@@ -3,6 +3,7 @@
 // (tests/replay).
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "drivers/bytes.h"
@@ -12,6 +13,8 @@ namespace reseau::coolscan {
 
 // Window ids, which are also the colour codes of READ and SEND.
 enum class Colour : std::uint8_t { kDefault = 0, kRed = 1, kGreen = 2, kBlue = 3, kInfrared = 9 };
+inline constexpr std::array kColours = {Colour::kRed, Colour::kGreen, Colour::kBlue,
+                                        Colour::kInfrared};
 
 enum class DataType : std::uint8_t {
   kImage = 0x00,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include "drivers/open_as.h"
 #include "drivers/scanner.h"
 #include "drivers/scsi/scsi_link.h"
+#include "drivers/settling.h"
 
 namespace reseau::coolscan {
 
@@ -45,6 +47,9 @@ class Coolscan final : public Scanner {
   void load(ScanObserver& observer) override;
 
  private:
+  // A unit that was switched on a moment ago answers after tens of seconds.
+  static constexpr Duration kColdStart = std::chrono::seconds(180);
+
   void describe_unit();
   void read_curves();
   const Model* identify();  // absent for a unit that is no scanner of this family
@@ -61,10 +66,6 @@ class Coolscan final : public Scanner {
                                             const std::stop_token& stop);
   bool meter(const ScanPlan& plan, Metering& metering, ScanObserver& observer,
              const std::stop_token& stop);
-  struct Measurement {
-    Levels levels;
-    int brightest_line = 0;
-  };
   // Passes like this one until the exposures settle. Absent when stopped.
   std::optional<Measurement> settle(PassSpec spec, const std::string& what, Metering& metering,
                                     ScanObserver& observer, const std::stop_token& stop);

@@ -2,40 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "core/base/error.h"
 #include "drivers/coolscan/window.h"
+#include "drivers/negotiating.h"
 
 namespace reseau::coolscan {
 namespace {
 
-constexpr double kMmPerInch = 25.4;
-
-std::string text_of(double value, const char* unit) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.6g %s", value, unit);
-  return text;
-}
-
-// Any finite length a person may type; the result is far inside int.
-int px_from_mm(double mm, int dpi, const char* field) {
-  if (!std::isfinite(mm) || std::abs(mm) > 1e5) {
-    throw InputError(std::string("The ") + field + " of the area is not a usable length.");
-  }
-  return static_cast<int>(std::lround(mm * dpi / kMmPerInch));
-}
-
-// Where a span [first, first + length) lies after it was fitted into [0, limit).
-struct Span {
-  int first = 0, length = 0;
-};
-
-class Negotiation {
+class Negotiation : private Negotiating {
  public:
   Negotiation(const ScanRequest& request, const UnitDescription& unit)
-      : request_(request), unit_(unit), a_(unit.addresses) {}
+      : Negotiating(request), unit_(unit), a_(unit.addresses) {
+    max_dpi_ = a_.max_dpi;
+  }
 
   Negotiated run() {
     if (a_.max_dpi <= 0 || a_.max_width_px <= 0 || a_.max_height_px <= 0) {
@@ -45,8 +26,8 @@ class Negotiation {
     }
     if (request_.overview) return overview();
     resolution();
-    depth();
-    channels();
+    settle_depth(depths_of(unit_));
+    settle_channels(unit_.infrared);
     readings();
     sensor();
     area();
@@ -56,11 +37,6 @@ class Negotiation {
   }
 
  private:
-  void adjust(const std::string& field, const std::string& asked, const std::string& granted,
-              const std::string& why) {
-    result_.adjusted.push_back({field, asked, granted, why});
-  }
-
   void resolution() {
     const int asked = request_.resolution_dpi.value_or(a_.max_dpi);
     if (asked <= 0) throw InputError("The resolution must be a number above 0 dpi.");
@@ -75,61 +51,6 @@ class Negotiation {
     }
     plan_.format.x_dpi = plan_.format.y_dpi =
         static_cast<double>(a_.max_dpi) / static_cast<double>(plan_.pitch);
-  }
-
-  void depth() {
-    const std::vector<int> offered = depths_of(unit_);
-    if (offered.empty() || offered.back() <= 0)
-      throw InputError("The scanner does not offer any depth to scan with.");
-    const int asked = request_.depth_bits.value_or(offered.back());
-    const auto enough = std::lower_bound(offered.begin(), offered.end(), asked);
-    plan_.depth_bits = enough == offered.end() ? offered.back() : *enough;
-    if (plan_.depth_bits != asked) {
-      adjust("depth", std::to_string(asked) + " bits", std::to_string(plan_.depth_bits) + " bits",
-             plan_.depth_bits < asked ? "the scanner converts no deeper; samples are scaled to 16 "
-                                        "bits"
-                                      : "the scanner has no shallower depth that is enough");
-    }
-    plan_.format.significant_bits = plan_.depth_bits;
-  }
-
-  void channels() {
-    if (request_.infrared && !unit_.infrared) {
-      throw InputError("This scanner has no infrared channel. Ask for a scan without infrared.");
-    }
-    plan_.infrared = request_.infrared;
-    plan_.format.channels = {Channel::kRed, Channel::kGreen, Channel::kBlue};
-    if (plan_.infrared) plan_.format.channels.push_back(Channel::kInfrared);
-  }
-
-  // Fits one dimension and tells when less than asked is granted. Lengths are whole delivered
-  // pixels, rounded up so that all that was asked is covered where there is room.
-  Span fit(const std::optional<double>& first_mm, const std::optional<double>& length_mm, int limit,
-           const char* first_name, const char* length_name) {
-    const int dpi = a_.max_dpi;
-    const int asked_first = px_from_mm(first_mm.value_or(0), dpi, first_name);
-    if (asked_first >= limit) {
-      throw InputError(std::string("The ") + first_name +
-                       " of the area lies beyond the frame, which " + "measures " +
-                       text_of(limit * kMmPerInch / dpi, "mm") +
-                       " in that direction. Give a smaller value.");
-    }
-    const int first = std::clamp(asked_first, 0, limit - plan_.pitch);
-    if (first != asked_first) note(first_name, *first_mm, first);
-    if (!length_mm) return {first, limit - first};
-    const int asked_length = px_from_mm(*length_mm, dpi, length_name);
-    if (asked_length <= 0) {
-      throw InputError(std::string("The ") + length_name + " of the area must be above 0 mm.");
-    }
-    const int whole = (asked_length + plan_.pitch - 1) / plan_.pitch * plan_.pitch;
-    const int length = std::min(whole, limit - first);
-    if (length < asked_length) note(length_name, *length_mm, length);
-    return {first, length};
-  }
-
-  void note(const char* field, double asked_mm, int granted_px) {
-    adjust(field, text_of(asked_mm, "mm"), text_of(granted_px * kMmPerInch / a_.max_dpi, "mm"),
-           "the frame ends there");
   }
 
   void readings() {
@@ -162,14 +83,7 @@ class Negotiation {
 
   FrameRectangle frame() {
     const std::vector<FrameRectangle> frames = frames_of(unit_);
-    const auto n_frames = static_cast<int>(frames.size());
-    if (request_.frame < 1 || request_.frame > n_frames) {
-      throw InputError("Frame " + std::to_string(request_.frame) + " was asked for, but " +
-                       (n_frames == 1
-                            ? std::string("this adapter holds one frame.")
-                            : "the frames here are 1 to " + std::to_string(n_frames) + "."));
-    }
-    plan_.frame = request_.frame;
+    settle_frame(static_cast<int>(frames.size()), "this adapter holds one frame.");
     const auto index = static_cast<std::size_t>(plan_.frame - 1);
     FrameRectangle place = frames[index];
     move(place, index);
@@ -211,8 +125,8 @@ class Negotiation {
       throw InputError("Frame " + std::to_string(plan_.frame) + " lies beyond the film.");
     }
     const AreaRequest& asked = request_.area;
-    x_ = fit(asked.left_mm, asked.width_mm, width_px, "left edge", "width");
-    y_ = fit(asked.top_mm, asked.height_mm, height_px, "top edge", "height");
+    x_ = fit(asked.left_mm, asked.width_mm, width_px, Rest::kKept, "left edge", "width");
+    y_ = fit(asked.top_mm, asked.height_mm, height_px, Rest::kKept, "top edge", "height");
     along();
     across();
   }
@@ -328,164 +242,25 @@ class Negotiation {
   int focus_point(double mm, int limit, const char* field) {
     const int asked = px_from_mm(mm, a_.max_dpi, field);
     const int granted = std::clamp(asked, 0, limit - 1);
-    if (granted != asked) note(field, mm, granted);
+    if (granted != asked) note_end(field, mm, granted);
     return granted;
   }
 
   void exposure() {
-    plan_.exposure = request_.exposure;
-    if (!(plan_.exposure.factor > 0) || !std::isfinite(plan_.exposure.factor)) {
-      throw InputError("The exposure factor must be a number above 0.");
-    }
-    if (plan_.exposure.mode != ExposureRequest::Mode::kFixed) return;
-    static constexpr const char* kNames[] = {"red exposure", "green exposure", "blue exposure",
-                                             "infrared exposure"};
-    const double low_us = unit_.windows.exposure_min_10ns / k10nsPerUs;
-    const double high_us = unit_.windows.exposure_max_10ns / k10nsPerUs;
-    for (std::size_t i = 0; i < plan_.exposure.exposure_us.size(); ++i) {
-      std::optional<double>& us = plan_.exposure.exposure_us[i];
-      if (!us) continue;
-      if (!std::isfinite(*us) || *us <= 0) {
-        throw InputError(std::string("The ") + kNames[i] + " must be a time above 0 us.");
-      }
-      const double asked = *us;
-      us = std::clamp(asked, low_us, high_us);
-      if (*us != asked) {
-        adjust(kNames[i], text_of(asked, "us"), text_of(*us, "us"),
-               "the scanner's exposure range ends there");
-      }
-    }
+    settle_exposure(unit_.windows.exposure_min_10ns / k10nsPerUs,
+                    unit_.windows.exposure_max_10ns / k10nsPerUs);
   }
 
-  const ScanRequest& request_;
   const UnitDescription& unit_;
   const AddressPage& a_;
-  Negotiated result_;
-  ScanPlan& plan_ = result_.plan;
   int frame_left_px_ = 0, frame_top_px_ = 0;
   Span x_, y_;
 };
 
-int lower_to_rule(PitchRule rule, int line_gap, int pitch) {
-  switch (rule) {
-    case PitchRule::kOneOrEven:
-      return pitch <= 1 ? 1 : pitch - pitch % 2;
-    case PitchRule::kDivisorsOfLineGap:
-      while (pitch > 1 && (line_gap <= 0 || line_gap % pitch != 0)) --pitch;
-      return std::max(pitch, 1);
-    default:
-      return std::max(pitch, 1);
-  }
-}
-
 }  // namespace
-
-int pitch_for(const AddressPage& addresses, int resolution_dpi) {
-  const int coarsest = addresses.max_dpi / std::max(addresses.min_dpi, 1);
-  const int pitch = std::clamp(addresses.max_dpi / std::max(resolution_dpi, 1), 1, coarsest);
-  return lower_to_rule(addresses.pitch_rule, addresses.line_gap, pitch);
-}
-
-std::vector<FrameRectangle> frames_of(const UnitDescription& unit) {
-  const AddressPage& a = unit.addresses;
-  std::vector<FrameRectangle> frames = unit.holder;
-  for (FrameRectangle& frame : frames) {
-    // A strip holder does not know how long its frames are.
-    if (frame.width_px <= 0) frame.width_px = a.max_width_px - frame.left_px;
-    if (frame.height_px <= 0) frame.height_px = a.max_height_px;
-  }
-  if (!frames.empty()) return frames;
-  const int n = std::clamp(a.frames_present > 0 ? a.frames_present : a.frame_capacity, 1,
-                           static_cast<int>(kMaxFrames));
-  for (int i = 0; i < n; ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    const int top_px = index < unit.strip.size() ? unit.strip[index].address_px
-                                                 : a.y_origin_min_px + i * a.max_height_px;
-    frames.push_back({0, top_px, a.max_width_px, a.max_height_px});
-  }
-  return frames;
-}
-
-std::vector<int> depths_of(const UnitDescription& unit) {
-  const int deepest = unit.errata.deepest_bits;
-  if (unit.errata.only_addresses) return {8, deepest > 0 ? deepest : unit.addresses.converter_bits};
-  return unit.windows.depths_bits();
-}
-
-int max_readings(const UnitDescription& unit) {
-  constexpr int kMost = 16;  // four bits of the window
-  return unit.windows.multiple_readings() && unit.duties.averages_readings ? kMost : 1;
-}
-
-bool has_thumbnails(const UnitDescription& unit) {
-  return unit.windows.thumbnails() && unit.addresses.thumbnail_dpi > 0 &&
-         unit.addresses.y_origin_max_px > 0;
-}
-
-FrameRecord moved_on_film(const UnitDescription& unit, const FrameRecord& frame, int by_px) {
-  const AddressPage& a = unit.addresses;
-  int top = std::max(frame.address_px + by_px, a.y_origin_min_px);
-  if (a.y_origin_max_px > 0) {
-    top = std::min(top, std::max(a.y_origin_max_px + 1 - a.max_height_px, a.y_origin_min_px));
-  }
-  return moved(frame, top - frame.address_px, a.max_dpi);
-}
-
-Capabilities capabilities_of(const UnitDescription& unit) {
-  const AddressPage& a = unit.addresses;
-  Capabilities c;
-  c.make = unit.inquiry.vendor;
-  c.model = unit.inquiry.product;
-  c.firmware = unit.inquiry.revision;
-  c.serial = unit.serial;
-  c.adapter = unit.adapter;
-  c.link = unit.link;
-  c.film_present = unit.film_present;
-  c.optical_dpi = a.optical_dpi;
-  const int coarsest = a.max_dpi / std::max(a.min_dpi, 1);
-  for (int pitch = 1; pitch <= coarsest; ++pitch) {
-    if (lower_to_rule(a.pitch_rule, a.line_gap, pitch) == pitch) {
-      c.resolutions_dpi.push_back(a.max_dpi / pitch);
-    }
-  }
-  c.max_width_px = a.max_width_px;
-  c.max_height_px = a.max_height_px;
-  c.depths_bits = depths_of(unit);
-  c.infrared = unit.infrared;
-  c.focus_min = a.focus_min;
-  c.focus_max = a.focus_max;
-  const std::vector<FrameRectangle> frames = frames_of(unit);
-  c.n_frames = static_cast<int>(frames.size());
-  for (const FrameRectangle& frame : frames) {
-    c.frames.push_back({frame.top_px * kMmPerInch / a.max_dpi,
-                        frame.height_px * kMmPerInch / a.max_dpi, unit.frames_found});
-  }
-  c.max_samples = max_readings(unit);
-  c.sensor_lines = sensor_lines(a, unit.windows);
-  c.can_overview = true;
-  c.can_move_frames = true;
-  c.can_eject = unit.duties.offers(static_cast<std::uint8_t>(Operation::kUnload));
-  c.can_load = unit.duties.offers(static_cast<std::uint8_t>(Operation::kLoad));
-  c.exposure_min_us = unit.windows.exposure_min_10ns / k10nsPerUs;
-  c.exposure_max_us = unit.windows.exposure_max_10ns / k10nsPerUs;
-  return c;
-}
 
 Negotiated negotiate(const ScanRequest& request, const UnitDescription& unit) {
   return Negotiation(request, unit).run();
-}
-
-bool still_fits(const ScanPlan& plan, const UnitDescription& unit) {
-  const AddressPage& a = unit.addresses;
-  const std::vector<int> depths = depths_of(unit);
-  const int bottom_px = plan.y_origin_px + plan.window_height_px;
-  const bool tall_enough =
-      plan.window_height_px <=
-      (plan.overview && has_thumbnails(unit) ? a.y_origin_max_px : a.max_height_px);
-  return std::find(depths.begin(), depths.end(), plan.depth_bits) != depths.end() &&
-         plan.window_width_px <= a.max_width_px && tall_enough &&
-         plan.y_origin_px >= a.y_origin_min_px &&
-         (a.y_origin_max_px == 0 || bottom_px <= a.y_origin_max_px + 1);
 }
 
 }  // namespace reseau::coolscan

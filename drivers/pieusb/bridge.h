@@ -58,7 +58,8 @@ class PieBridge final : public ScsiDevice {
   Clock& clock_;
   Endpoint bulk_in_;
   std::size_t max_packet_bytes_;
-  bool out_of_step_ = false;     // a transfer failed since the last command
+  // A transfer failed since the last command; at first, nobody knows how the last program ended.
+  bool out_of_step_ = true;
   bool may_have_acted_ = false;  // the last byte of the command was sent, perhaps in vain
   std::vector<std::byte> staging_;
 };

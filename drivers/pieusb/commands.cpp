@@ -83,9 +83,10 @@ Bytes filter_percentage_data(int sub_command, int filter) {
 }
 
 Bytes prepare_calibration_info_data() {
-  // The highest bit of the sub-code's byte asks for a reply that the next READ takes.
+  // The highest bit of the sub-code's byte asks for a reply that the next READ takes. Two bytes
+  // more than the length counts, as SANE's pieusb backend sends it to units that answer.
   Bytes data;
-  append_words(data, {0x95, 0});
+  append_words(data, {0x95, 0, 0});
   return data;
 }
 

@@ -9,7 +9,9 @@ const char* why_not_write(ByteView out) {
   if (out.size() < 4) return "a WRITE without its head";
   const auto sub_command = load_le(out, 0, 2);
   const auto length = load_le(out, 2, 2);
-  if (length != out.size() - 4) return "a WRITE whose length field does not fit its data";
+  // What asks for a reply has two bytes that are not counted.
+  const std::size_t counted = sub_command == 0x95 ? 0 : out.size() - 4;
+  if (length != counted) return "a WRITE whose length field does not fit its data";
   switch (sub_command) {
     case 0x12: {
       if (out.size() != 14) return "a scan frame of the wrong size";
@@ -25,7 +27,7 @@ const char* why_not_write(ByteView out) {
     case 0x17:
       return out.size() == 6 ? nullptr : "a sub-command 17 of the wrong size";
     case 0x95:
-      return out.size() == 4 ? nullptr : "a sub-command 95 of the wrong size";
+      return out.size() == 6 ? nullptr : "a sub-command 95 of the wrong size";
     default:
       return "a WRITE sub-command that nobody uses";
   }

@@ -9,7 +9,6 @@
 #include "core/base/check.h"
 #include "core/base/error.h"
 #include "drivers/pieusb/metering_pass.h"
-#include "drivers/utc_time.h"
 
 namespace reseau::pieusb {
 namespace {
@@ -19,7 +18,6 @@ using namespace std::chrono_literals;
 // The lamp takes about 80 s.
 constexpr Duration kWarmLamp = 180s;
 constexpr Duration kIdle = 120s;
-constexpr int kMostMeterPasses = 6;
 
 }  // namespace
 
@@ -95,14 +93,7 @@ bool Pieusb::prepare(const ScanPlan& plan, ScanObserver& observer, const std::st
                   std::to_string(description_.model.native_dpi) + " dpi.");
   }
 
-  context_ = {};
-  context_.device_name = open_as_.device_name;
-  context_.make = capabilities_.make;
-  context_.model = capabilities_.model;
-  context_.firmware = capabilities_.firmware;
-  context_.serial = capabilities_.serial;
-  context_.started_at_utc = open_as_.started_at_utc.empty() ? utc_now() : open_as_.started_at_utc;
-
+  context_ = begin_context(capabilities_, open_as_);
   const std::optional<Exposures> exposures = settle_exposures(plan, observer, stop);
   if (!exposures || stop.stop_requested()) return false;
   enter(observer, ScanPhase::kScan, "scan");
@@ -142,7 +133,7 @@ std::optional<Exposures> Pieusb::settle_exposures(const ScanPlan& plan, ScanObse
     };
     const ExposureLimits limits{limit(capabilities_.exposure_min_us),
                                 limit(capabilities_.exposure_max_us)};
-    Metering metering(exposures, limits);
+    Metering metering(exposures, limits, plan.exposure.lock);
     const PassSpec coarse = coarse_pass_of(plan, description_);
     const auto found = settle(coarse, "exposure pass ", metering, observer, stop);
     if (!found) return std::nullopt;
@@ -173,23 +164,17 @@ std::optional<Exposures> Pieusb::settle_exposures(const ScanPlan& plan, ScanObse
   return exposures;
 }
 
-std::optional<Pieusb::Measurement> Pieusb::settle(PassSpec spec, const std::string& what,
-                                                  Metering& metering, ScanObserver& observer,
-                                                  const std::stop_token& stop) {
-  std::optional<Measurement> measurement;
-  for (int pass = 1; pass <= kMostMeterPasses; ++pass) {
+std::optional<Measurement> Pieusb::settle(PassSpec spec, const std::string& what,
+                                          Metering& metering, ScanObserver& observer,
+                                          const std::stop_token& stop) {
+  return settle_metering(metering, observer, [&](const Exposures& exposures, int pass) {
     enter(observer, ScanPhase::kMeter, what + std::to_string(pass));
-    spec.exposures = metering.exposures();
-    measurement = measure(spec, stop);
-    if (!measurement || metering.improve(measurement->levels)) return measurement;
-  }
-  observer.note("The exposure did not settle after " + std::to_string(kMostMeterPasses) +
-                " passes; bright parts may be cut off. Give the exposures as numbers.");
-  return measurement;
+    spec.exposures = exposures;
+    return measure(spec, stop);
+  });
 }
 
-std::optional<Pieusb::Measurement> Pieusb::measure(const PassSpec& spec,
-                                                   const std::stop_token& stop) {
+std::optional<Measurement> Pieusb::measure(const PassSpec& spec, const std::stop_token& stop) {
   std::optional<ScanPass> pass = ScanPass::start(unit_, description_, memory_, spec, false, stop);
   if (!pass) return std::nullopt;
   const int n_channels = spec.infrared ? 4 : 3;

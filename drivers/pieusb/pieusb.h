@@ -11,6 +11,7 @@
 #include "drivers/pieusb/scan_pass.h"
 #include "drivers/pieusb/unit.h"
 #include "drivers/scanner.h"
+#include "drivers/settling.h"
 #include "drivers/usb/usb_transport.h"
 
 namespace reseau::pieusb {
@@ -42,10 +43,6 @@ class Pieusb final : public Scanner {
   // Absent when stopped.
   std::optional<Exposures> settle_exposures(const ScanPlan& plan, ScanObserver& observer,
                                             const std::stop_token& stop);
-  struct Measurement {
-    Levels levels;
-    int brightest_row = 0;
-  };
   std::optional<Measurement> settle(PassSpec spec, const std::string& what, Metering& metering,
                                     ScanObserver& observer, const std::stop_token& stop);
   std::optional<Measurement> measure(const PassSpec& spec, const std::stop_token& stop);

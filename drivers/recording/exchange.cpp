@@ -1,6 +1,7 @@
 #include "drivers/recording/exchange.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <utility>
 
 #include "core/base/error.h"
@@ -13,41 +14,17 @@ namespace {
 constexpr std::byte kPhaseQuery{0xD0};
 constexpr std::byte kStatusRequest{0x06};
 
-bool is_command(const UsbTransfer& transfer) {
-  return transfer.type == UsbTransferType::kBulk && !transfer.in() &&
-         (transfer.data.size() == 6 || transfer.data.size() == 10);
-}
-
 // Ports of a PIE bridge: the sequence that opens the command port, the port itself, its status.
 constexpr std::uint8_t kKnockPort = 0x88, kBridgeCommandPort = 0x85, kBridgeStatusPort = 0x84;
 
 std::uint8_t port_of(const UsbTransfer& transfer) { return u8_at(*transfer.setup, 2); }
 
-bool writes_vendor_port(const UsbTransfer& transfer) {
-  return transfer.type == UsbTransferType::kControl && transfer.setup &&
-         is_vendor_request(*transfer.setup) && u8_at(*transfer.setup, 0) == 0x40;
+// How Linux ends a transfer that its program takes back.
+bool was_taken_back(const UsbTransfer& transfer) {
+  return transfer.status == -ENOENT || transfer.status == -ECONNRESET;
 }
 
 }  // namespace
-
-RecordedDevice find_recorded_device(const std::filesystem::path& path) {
-  TransferReader transfers(path);
-  std::vector<RecordedDevice> known;
-  while (const auto transfer = transfers.next()) {
-    auto device = std::find_if(known.begin(), known.end(), [&](const RecordedDevice& k) {
-      return k.bus == transfer->bus && k.device == transfer->device;
-    });
-    if (device == known.end()) {
-      known.push_back({transfer->bus, transfer->device, {}});
-      device = known.end() - 1;
-    }
-    if (transfer->type == UsbTransferType::kControl) learn_identity(*transfer, device->identity);
-    if (is_command(*transfer) || writes_vendor_port(*transfer)) return *device;
-  }
-  throw InputError("The recording " + path.string() +
-                   " holds no commands to a scanner. Record with --record, or with Wireshark on "
-                   "the bus that the scanner is plugged into.");
-}
 
 ExchangeReader::ExchangeReader(const std::filesystem::path& path)
     : device_(find_recorded_device(path)), transfers_(path) {
@@ -57,6 +34,11 @@ ExchangeReader::ExchangeReader(const std::filesystem::path& path)
 }
 
 std::optional<UsbTransfer> ExchangeReader::next_transfer() {
+  if (!aside_.empty() && !exchange_open_) {
+    UsbTransfer transfer = std::move(aside_.front());
+    aside_.pop_front();
+    return transfer;
+  }
   if (ahead_) return std::exchange(ahead_, std::nullopt);
   while (auto transfer = transfers_.next()) {
     if (transfer->bus == device_.bus && transfer->device == device_.device) return transfer;
@@ -64,9 +46,26 @@ std::optional<UsbTransfer> ExchangeReader::next_transfer() {
   return std::nullopt;
 }
 
+bool ExchangeReader::set_aside(UsbTransfer& transfer) {
+  constexpr std::uint8_t kClearFeature = 0x01;
+  if (transfer.type != UsbTransferType::kControl || !transfer.setup || !transfer.comment.empty() ||
+      is_vendor_request(*transfer.setup) || u8_at(*transfer.setup, 1) == kClearFeature ||
+      *transfer.setup == reset_setup()) {
+    return false;
+  }
+  aside_.push_back(std::move(transfer));
+  return true;
+}
+
 void ExchangeReader::add(Exchange& exchange, const UsbTransfer& transfer) {
   exchange.last_packet = transfer.packet_number;
   exchange.ended_us = transfer.ended_us;
+  exchange.cut = exchange.cut || transfer.data.size() < transfer.moved_bytes;
+  if (transfer.in() && transfer.data.empty() && was_taken_back(transfer)) {
+    // One of several in flight after a short one; a failure only where the answer is missing.
+    taken_back_ = transfer.status;
+    return;
+  }
   if (transfer.status != 0 && exchange.transfer_status == 0) {
     exchange.transfer_status = transfer.status;
   }
@@ -104,6 +103,7 @@ void ExchangeReader::take_bridge_command(Exchange& exchange, UsbTransfer transfe
     if (next->status != 0 && exchange.transfer_status == 0) {
       exchange.transfer_status = next->status;
     }
+    exchange.cut = exchange.cut || next->data.size() < next->moved_bytes;
     if (bulk) {
       exchange.in_bytes += next->moved_bytes;
       const auto n = static_cast<std::ptrdiff_t>(
@@ -149,7 +149,7 @@ std::optional<Exchange> ExchangeReader::next() {
     exchange.ended_us = transfer->ended_us;
     exchange.phase = phase_;
     exchange.transfer_status = transfer->status;
-    if (writes_vendor_port(*transfer) && port_of(*transfer) == kKnockPort) {
+    if (writes_bridge_port(*transfer) && port_of(*transfer) == kKnockPort) {
       exchange.number = ++n_exchanges_;
       take_bridge_command(exchange, std::move(*transfer));
       return exchange;
@@ -163,25 +163,33 @@ std::optional<Exchange> ExchangeReader::next() {
       exchange.in_bytes = exchange.in.size();
       return exchange;
     }
-    if (!is_command(*transfer)) {
+    if (!is_scsi_command(*transfer)) {
       ++n_stray_;
       continue;
     }
     exchange.number = ++n_exchanges_;
     exchange.command = std::move(transfer->data);
     asked_phase_ = false;
+    taken_back_ = 0;
+    exchange_open_ = true;
     while (auto more = next_transfer()) {
+      if (set_aside(*more)) continue;
       // Data of six or ten bytes to the unit looks like a command, but follows phase 2.
       const bool wants_data =
           exchange.wrapper_phase == Exchange::kPhaseOut && exchange.out.empty() && ins_.empty();
-      const bool other = more->type != UsbTransferType::kBulk || (is_command(*more) && !wants_data);
+      const bool other =
+          more->type != UsbTransferType::kBulk || (is_scsi_command(*more) && !wants_data);
       if (other || !more->comment.empty()) {
         ahead_ = std::move(more);
         break;
       }
       add(exchange, *more);
     }
+    exchange_open_ = false;
     settle(exchange, ins_);
+    if (exchange.status.empty() && exchange.transfer_status == 0) {
+      exchange.transfer_status = taken_back_;
+    }
     return exchange;
   }
   return std::nullopt;

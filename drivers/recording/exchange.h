@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -9,8 +10,8 @@
 
 #include "drivers/bytes.h"
 #include "drivers/usb/capture_reader.h"
+#include "drivers/usb/recorded_device.h"
 #include "drivers/usb/session_header.h"
-#include "drivers/usb/usb_transport.h"
 
 namespace reseau {
 
@@ -31,6 +32,7 @@ struct Exchange {
   Bytes out;                   // data to the unit
   Bytes in;                    // data from it: the first kKeptBytes
   std::uint64_t in_bytes = 0;  // that came, or that the capture says came
+  bool cut = false;            // the capture did not keep all that was moved
   Bytes status;  // 8 bytes, of a bridge 1: its port's last answer; empty when the capture has none
   int transfer_status = 0;  // 0 or the errno of the first transfer that failed, negative
   static constexpr std::size_t kKeptBytes = 4096;
@@ -40,17 +42,6 @@ struct Exchange {
   static constexpr std::uint8_t kBridgeCheck = 0x02;  // status: there is something to say
   static constexpr int kPhaseStatus = 1, kPhaseOut = 2, kPhaseIn = 3;
 };
-
-// Which device of a capture is the scanner, and what its descriptors say.
-struct RecordedDevice {
-  std::uint16_t bus = 0;
-  std::uint8_t device = 0;
-  UsbIdentity identity;
-};
-
-// Looks for the first device that is sent commands. Throws InputError when there is none,
-// std::system_error when the file cannot be opened.
-[[nodiscard]] RecordedDevice find_recorded_device(const std::filesystem::path& path);
 
 // Groups the transfers of one device. Thread-bound.
 class ExchangeReader {
@@ -68,15 +59,20 @@ class ExchangeReader {
  private:
   [[nodiscard]] std::optional<UsbTransfer> next_transfer();
   void add(Exchange& exchange, const UsbTransfer& transfer);
+  // Takes the standard's own requests out of the command that they came in between, to come after.
+  [[nodiscard]] bool set_aside(UsbTransfer& transfer);
   void take_bridge_command(Exchange& exchange, UsbTransfer transfer);
   static void settle(Exchange& exchange, std::vector<Bytes>& ins);
 
   RecordedDevice device_;
   TransferReader transfers_;
   SessionHeader header_;
+  std::deque<UsbTransfer> aside_;
   std::optional<UsbTransfer> ahead_;
   std::vector<Bytes> ins_;  // of the command that is being read
+  bool exchange_open_ = false;
   bool asked_phase_ = false;
+  std::int32_t taken_back_ = 0;  // how transfers of this command ended that were taken back
   std::string phase_;
   int n_exchanges_ = 0;
   int n_stray_ = 0;

@@ -103,7 +103,8 @@ std::vector<PacketSpan> spans_to_keep(const std::filesystem::path& from,
     if (!describes && !chosen) continue;
     if (!describes) ++result.n_exchanges;
     if (!spans.empty() && spans.back().last + 1 >= exchange->first_packet) {
-      spans.back().last = exchange->last_packet;
+      // One that came in between comes after.
+      spans.back().last = std::max(spans.back().last, exchange->last_packet);
     } else {
       spans.push_back({exchange->first_packet, exchange->last_packet});
     }
@@ -138,7 +139,7 @@ RewriteResult rewrite_recording(const std::filesystem::path& from, const std::fi
   std::size_t span = 0;
   std::string phase;  // named by a packet that was left out
   for (; packet; packet = packets.next()) {
-    const std::uint64_t number = packets.n_packets();
+    const std::uint64_t number = packet->number;
     const bool ours = packet->bus == device.bus && packet->device == device.device;
     while (span < spans.size() && spans[span].last < number) ++span;
     const bool inside = span < spans.size() && spans[span].first <= number;

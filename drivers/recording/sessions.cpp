@@ -3,8 +3,11 @@
 #include <array>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "drivers/pieusb/models.h"
+#include "drivers/pieusb/replies.h"
+#include "drivers/pieusb/sense.h"
 #include "drivers/recording/exchange.h"
 #include "drivers/recording/exchange_text.h"
 #include "drivers/recording/rewrite.h"
@@ -26,6 +29,43 @@ ShownSession begun(const ExchangeReader& reader) {
           header.started_at_utc, 0};
 }
 
+// What a command ended with. A request to the host, a state that changed and a remark are no
+// refusals: the driver answers them and goes on.
+void count_sense(const Sense& sense, SessionCheck& check) {
+  switch (static_cast<SenseKey>(sense.key)) {
+    case SenseKey::kNotReady:
+      ++check.n_not_ready;
+      return;
+    case SenseKey::kGood:
+    case SenseKey::kRecovered:
+    case SenseKey::kUnitAttention:
+    case SenseKey::kHostAction:
+      return;
+    default:
+      ++check.n_refused;
+  }
+}
+
+// A bridge says only that there is something to say; REQUEST SENSE, which comes next, says what.
+class BridgeRefusals {
+ public:
+  void add(const Exchange& e, SessionCheck& check) {
+    constexpr std::byte kRequestSense{0x03}, kRead{0x08};
+    if (e.kind != Exchange::Kind::kBridge || e.command.empty()) return;
+    if (std::exchange(asked_, false) && e.command[0] == kRequestSense &&
+        e.in.size() >= pieusb::kSenseBytes) {
+      const Sense sense = pieusb::parse_sense(e.in);
+      if (!(after_read_ && pieusb::no_more_lines(sense))) count_sense(sense, check);
+      return;
+    }
+    asked_ = !e.status.empty() && u8_at(e.status, 0) == Exchange::kBridgeCheck;
+    after_read_ = e.command[0] == kRead;
+  }
+
+ private:
+  bool asked_ = false, after_read_ = false;
+};
+
 // A command with a data phase that its answer does not fill, or without an answer.
 void check_exchange(const Exchange& e, SessionCheck& check) {
   constexpr std::size_t kProblemsShown = 20;
@@ -43,11 +83,13 @@ void check_exchange(const Exchange& e, SessionCheck& check) {
     return;
   }
   if (e.kind == Exchange::Kind::kControl) return;
+  if (e.cut) {
+    problem("the capture kept only part of its data; record without a limit of packet size.");
+    return;
+  }
   if (e.kind == Exchange::Kind::kBridge) {
     if (e.command.empty() || e.status.empty()) {
       problem("it has no status; the capture has a hole or ends here.");
-    } else if (u8_at(e.status, 0) == Exchange::kBridgeCheck) {
-      ++check.n_refused;
     }
     return;
   }
@@ -61,13 +103,8 @@ void check_exchange(const Exchange& e, SessionCheck& check) {
     problem("its phase stayed at " + std::to_string(*e.wrapper_phase) + ".");
   } else if (e.status.empty()) {
     problem("its status is missing; the capture has a hole or ends here.");
-  } else if (e.in.size() < e.in_bytes && e.in.size() < Exchange::kKeptBytes) {
-    problem("the capture kept only part of its data; record without a limit of packet size.");
   }
-  const std::optional<Sense> sense = sense_of(e);
-  if (sense && !sense->is(SenseKey::kGood) && !sense->is(SenseKey::kUnitAttention)) {
-    ++check.n_refused;
-  }
+  if (const std::optional<Sense> sense = sense_of(e)) count_sense(*sense, check);
 }
 
 }  // namespace
@@ -109,11 +146,13 @@ SessionCheck check_session(const std::filesystem::path& file) {
         "the scanner is plugged in, or record with --record.");
   }
   bool inquired = is_scsi_bridge;
+  BridgeRefusals bridge_refusals;
   while (const auto e = reader.next()) {
     ++check.session.n_exchanges;
     constexpr std::byte kInquiry{0x12};
     inquired = inquired || (e->kind == Exchange::Kind::kCommand && e->command[0] == kInquiry);
     check_exchange(*e, check);
+    bridge_refusals.add(*e, check);
   }
   if (!inquired) {
     check.problems.emplace_back(

@@ -61,7 +61,10 @@ void CaptureReader::broken(const std::string& what) const {
 
 bool CaptureReader::read(std::size_t n) {
   // A length from a broken file must not make room for what cannot come.
-  if (n > left_bytes_) return false;
+  if (n > left_bytes_) {
+    left_bytes_ = 0;  // nothing after what was cut off can be understood
+    return false;
+  }
   left_bytes_ -= n;
   buffer_.resize(n);
   file_.read(reinterpret_cast<char*>(buffer_.data()), static_cast<std::streamsize>(n));
@@ -78,6 +81,45 @@ std::uint64_t CaptureReader::number(ByteView bytes, std::size_t offset, std::siz
 }
 
 std::optional<UsbPacket> CaptureReader::next() {
+  while (true) {
+    std::optional<UsbPacket> packet;
+    if (ahead_.empty()) {
+      packet = next_as_written();
+    } else {
+      packet = std::move(ahead_.front());
+      ahead_.pop_front();
+    }
+    if (packet && packet->data_follows) append_what_follows(*packet);
+    // One whose beginning is not in the capture says nothing.
+    if (!packet || !packet->continues) return packet;
+  }
+}
+
+// It follows at once, but for what other devices did meanwhile.
+void CaptureReader::append_what_follows(UsbPacket& packet) {
+  constexpr std::size_t kFarthest = 32;
+  for (std::size_t i = 0; i < kFarthest; ++i) {
+    if (i == ahead_.size()) {
+      auto next = next_as_written();
+      if (!next) return;
+      ahead_.push_back(*std::move(next));
+    }
+    const UsbPacket& other = ahead_[i];
+    if (other.id != packet.id || other.bus != packet.bus || other.device != packet.device) continue;
+    if (!other.continues) return;
+    packet.data = other.data;
+    packet.length = other.length;
+    ahead_.erase(ahead_.begin() + static_cast<std::ptrdiff_t>(i));
+    return;
+  }
+}
+
+bool CaptureReader::seen_elsewhere(const UsbPacket& packet, std::size_t interface_index) {
+  const std::uint32_t device = std::uint32_t{packet.bus} << 8 | packet.device;
+  return interface_of_.emplace(device, interface_index).first->second != interface_index;
+}
+
+std::optional<UsbPacket> CaptureReader::next_as_written() {
   if (classic_) return next_classic();
   constexpr std::size_t kFrame = 12, kHead = 8, kMagic = 4;
   while (read(kHead)) {
@@ -131,7 +173,9 @@ std::optional<UsbPacket> CaptureReader::packet_of_block(std::uint32_t type, Byte
   const std::uint64_t ticks = number(body, 4, 4) << 32 | number(body, 8, 4);
   auto packet = decode_usb_packet(body.subspan(kPacketHead, captured), source.link_type,
                                   big_endian_, microseconds(ticks, source.ticks_per_second));
-  if (packet) packet->comment = options(body.subspan(kPacketHead + padded)).comment;
+  if (!packet || seen_elsewhere(*packet, index)) return std::nullopt;
+  packet->comment = options(body.subspan(kPacketHead + padded)).comment;
+  packet->number = n_packets_;
   return packet;
 }
 
@@ -139,6 +183,7 @@ void CaptureReader::section_header(ByteView body) {
   constexpr std::size_t kFixed = 16;
   if (body.size() < kFixed) broken("a section header is too short");
   interfaces_.clear();
+  interface_of_.clear();
   const std::string text = options(body.subspan(kFixed)).comment;
   if (comment_.empty()) comment_ = text;
 }
@@ -190,6 +235,7 @@ std::optional<UsbPacket> CaptureReader::next_classic() {
     ++n_packets_;
     if (auto packet = decode_usb_packet(buffer_, source.link_type, big_endian_,
                                         microseconds(ticks, source.ticks_per_second))) {
+      packet->number = n_packets_;
       return packet;
     }
   }
@@ -207,8 +253,11 @@ void TransferReader::complete(const UsbPacket& packet) {
   match->complete = true;
   transfer.status = packet.status;
   transfer.ended_us = packet.time_us;
-  if ((packet.endpoint & 0x80) != 0 || !packet.data.empty()) transfer.data = packet.data;
-  transfer.moved_bytes = std::max<std::uint64_t>(packet.length.value_or(0), transfer.data.size());
+  if (transfer.in() || !packet.data.empty()) transfer.data = packet.data;
+  // Of what was sent only the submission tells how much it was where a capture cut it off.
+  const std::uint64_t said =
+      transfer.in() ? packet.length.value_or(0) : transfer.asked_bytes.value_or(0);
+  transfer.moved_bytes = std::max<std::uint64_t>(said, transfer.data.size());
   // Where a capture did not say how much was asked for, an import could not either.
   if (transfer.in() && transfer.type == UsbTransferType::kBulk && transfer.asked_bytes == 0U) {
     transfer.asked_bytes.reset();
@@ -237,7 +286,7 @@ std::optional<UsbTransfer> TransferReader::next() {
     transfer.setup = packet->setup;
     transfer.data = std::move(packet->data);
     transfer.comment = std::move(packet->comment);
-    transfer.packet_number = packets_.n_packets();
+    transfer.packet_number = packet->number;
     pending_.push_back({std::move(transfer), packet->id, false});
   }
   UsbTransfer transfer = std::move(pending_.front().transfer);

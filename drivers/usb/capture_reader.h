@@ -4,6 +4,7 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,8 +25,6 @@ class CaptureReader {
   [[nodiscard]] std::optional<UsbPacket> next();
   // Of the first section header; empty when there is none.
   [[nodiscard]] const std::string& comment() const { return comment_; }
-  // Packets passed so far, those of other link types included: Wireshark's number of the last one.
-  [[nodiscard]] std::uint64_t n_packets() const { return n_packets_; }
 
  private:
   struct Interface {
@@ -37,7 +36,10 @@ class CaptureReader {
     std::uint64_t ticks_per_second = 0;
   };
 
+  [[nodiscard]] std::optional<UsbPacket> next_as_written();
   [[nodiscard]] std::optional<UsbPacket> next_classic();
+  void append_what_follows(UsbPacket& packet);
+  [[nodiscard]] bool seen_elsewhere(const UsbPacket& packet, std::size_t interface_index);
   [[nodiscard]] std::optional<UsbPacket> packet_of_block(std::uint32_t type, ByteView body);
   void section_header(ByteView body);
   void interface(ByteView body);
@@ -54,6 +56,9 @@ class CaptureReader {
   Bytes buffer_;
   std::string comment_;
   std::vector<Interface> interfaces_;  // classic: the only one
+  // Whose packets are taken from which interface: "all buses" repeats those of a single bus.
+  std::map<std::uint32_t, std::size_t> interface_of_;
+  std::deque<UsbPacket> ahead_;
   bool classic_ = false;
   bool big_endian_ = false;
   std::uint64_t n_packets_ = 0;

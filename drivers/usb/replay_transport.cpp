@@ -1,9 +1,11 @@
 #include "drivers/usb/replay_transport.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <iterator>
 #include <utility>
 
+#include "core/base/check.h"
 #include "core/base/error.h"
 #include "drivers/usb/usb_descriptors.h"
 #include "drivers/usb/usb_error.h"
@@ -11,19 +13,11 @@
 namespace reseau {
 namespace {
 
-constexpr Endpoint kBulkOut = 0x01;
-
 bool has_cdb_size(ByteView data) { return data.size() == 6 || data.size() == 10; }
 
 std::string in_text(Endpoint endpoint, std::size_t n_bytes) {
   return "IN endpoint " + std::to_string(endpoint & 0x0F) + ", " + std::to_string(n_bytes) +
          " bytes asked";
-}
-
-// A byte for a bridge that takes commands through ports, as Genesys Logic's do.
-bool writes_port(const UsbTransfer& transfer) {
-  return transfer.type == UsbTransferType::kControl && transfer.setup &&
-         u8_at(*transfer.setup, 0) == 0x40 && u8_at(*transfer.setup, 1) == 0x0C;
 }
 
 std::string control_text(const UsbSetup& setup, ByteView data) {
@@ -37,45 +31,24 @@ std::string control_text(const UsbSetup& setup, ByteView data) {
 ReplayTransport::ReplayTransport(const std::filesystem::path& path, VirtualClock& clock,
                                  Decoder decode)
     : path_(path),
+      device_(find_recorded_device(path)),
       transfers_(path),
       clock_(clock),
       decode_(std::move(decode)),
       clock_start_(clock.now()) {
-  find_device();
+  find_first_command();
   header_ = decode_session_header(transfers_.comment());
   start_us_ = ahead_.front().started_us;
 }
 
-void ReplayTransport::find_device() {
-  // Descriptors come before the first command of a unit; other devices of the bus are passed over.
-  struct Known {
-    std::uint16_t bus;
-    std::uint8_t device;
-    UsbIdentity identity;
-  };
-  std::vector<Known> known;
+void ReplayTransport::find_first_command() {
   while (auto transfer = transfers_.next()) {
-    const auto same = [&](const Known& k) {
-      return k.bus == transfer->bus && k.device == transfer->device;
-    };
-    auto device = std::find_if(known.begin(), known.end(), same);
-    if (device == known.end()) {
-      known.push_back({transfer->bus, transfer->device, {}});
-      device = known.end() - 1;
-    }
-    if (transfer->type == UsbTransferType::kControl) learn_identity(*transfer, device->identity);
-    const bool bulk_command = transfer->type == UsbTransferType::kBulk &&
-                              transfer->endpoint == kBulkOut && has_cdb_size(transfer->data);
-    if (!bulk_command && !writes_port(*transfer)) continue;
-    bus_ = device->bus;
-    device_ = device->device;
-    identity_ = device->identity;
+    if (transfer->bus != device_.bus || transfer->device != device_.device) continue;
+    if (!is_scsi_command(*transfer) && !writes_bridge_port(*transfer)) continue;
     ahead_.push_back(*std::move(transfer));
     return;
   }
-  throw InputError("The recording " + path_.string() +
-                   " holds no commands to a scanner. Record with --record, or with Wireshark on "
-                   "the bus that the scanner is plugged into.");
+  CHECK(false);  // or there would be no device
 }
 
 std::optional<UsbTransfer> ReplayTransport::next_of_device() {
@@ -85,7 +58,7 @@ std::optional<UsbTransfer> ReplayTransport::next_of_device() {
     return transfer;
   }
   while (auto transfer = transfers_.next()) {
-    if (transfer->bus != bus_ || transfer->device != device_) continue;
+    if (transfer->bus != device_.bus || transfer->device != device_.device) continue;
     if (transfer->type == UsbTransferType::kBulk) return transfer;
     if (transfer->type != UsbTransferType::kControl || !transfer->setup) continue;
     const int request = u8_at(*transfer->setup, 1);
@@ -108,6 +81,14 @@ UsbTransfer ReplayTransport::take(const std::string& asked) {
   }
   if (!transfer->comment.empty()) phase_ = transfer->comment;
   ++n_transfers_;
+  if (transfer->status == 0 && transfer->data.size() < transfer->moved_bytes) {
+    end({DeviceError::Kind::kProtocol,
+         "The recording kept only " + std::to_string(transfer->data.size()) + " of " +
+             std::to_string(transfer->moved_bytes) + " bytes of packet " +
+             std::to_string(transfer->packet_number) +
+             ", so it cannot be replayed from here on. Record without a limit of packet size.",
+         path_.string()});
+  }
   const bool command =
       transfer->type == UsbTransferType::kBulk && !transfer->in() && has_cdb_size(transfer->data);
   if (command) taken_.clear();
@@ -137,7 +118,10 @@ void ReplayTransport::bulk_out(Endpoint endpoint, std::span<const std::byte> dat
 std::size_t ReplayTransport::bulk_in(Endpoint endpoint, std::span<std::byte> buffer,
                                      Duration /*timeout*/) {
   const std::string asked = in_text(endpoint, buffer.size());
-  const UsbTransfer recorded = take(asked);
+  UsbTransfer recorded = take(asked);
+  if (recorded.type == UsbTransferType::kBulk && recorded.endpoint == endpoint) {
+    take_flight(recorded, buffer.size());
+  }
   if (recorded.type != UsbTransferType::kBulk || recorded.endpoint != endpoint ||
       recorded.asked_bytes.value_or(static_cast<std::uint32_t>(buffer.size())) != buffer.size() ||
       recorded.data.size() > buffer.size()) {
@@ -146,6 +130,32 @@ std::size_t ReplayTransport::bulk_in(Endpoint endpoint, std::span<std::byte> buf
   finish(recorded, buffer.size());
   std::copy(recorded.data.begin(), recorded.data.end(), buffer.begin());
   return recorded.data.size();
+}
+
+// A capture of the bus shows one read as the transfers that libusb and the kernel made of it.
+void ReplayTransport::take_flight(UsbTransfer& first, std::size_t wanted) {
+  std::size_t asked = first.asked_bytes.value_or(0);
+  while (asked > 0 && asked < wanted && first.status == 0) {
+    std::optional<UsbTransfer> next = next_of_device();
+    if (!next) return;
+    const bool in_flight = next->type == UsbTransferType::kBulk &&
+                           next->endpoint == first.endpoint && next->started_us <= first.ended_us &&
+                           next->asked_bytes.has_value() && *next->asked_bytes <= wanted - asked;
+    if (!in_flight) {
+      ahead_.push_front(*std::move(next));
+      return;
+    }
+    asked += *next->asked_bytes;
+    first.asked_bytes = static_cast<std::uint32_t>(asked);
+    first.moved_bytes += next->moved_bytes;
+    first.ended_us = std::max(first.ended_us, next->ended_us);
+    first.data.insert(first.data.end(), next->data.begin(), next->data.end());
+    // Those behind a short one are taken back, which is no failure.
+    if (!next->data.empty() || (next->status != -ENOENT && next->status != -ECONNRESET)) {
+      first.status = next->status;
+    }
+    taken_.push_back(*std::move(next));
+  }
 }
 
 void ReplayTransport::control_out(const ControlRequest& request, std::span<const std::byte> data,

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "drivers/usb/capture_reader.h"
+#include "drivers/usb/recorded_device.h"
 #include "drivers/usb/session_header.h"
 #include "drivers/usb/usb_descriptors.h"
 #include "drivers/usb/usb_transport.h"
@@ -38,7 +39,7 @@ class ReplayTransport final : public UsbTransport {
   void to_last_command();
 
   [[nodiscard]] const SessionHeader& header() const { return header_; }
-  [[nodiscard]] const UsbIdentity& identity() const override { return identity_; }
+  [[nodiscard]] const UsbIdentity& identity() const override { return device_.identity; }
   void bulk_out(Endpoint endpoint, std::span<const std::byte> data, Duration timeout) override;
   std::size_t bulk_in(Endpoint endpoint, std::span<std::byte> buffer, Duration timeout) override;
   void control_out(const ControlRequest& request, std::span<const std::byte> data,
@@ -50,7 +51,8 @@ class ReplayTransport final : public UsbTransport {
 
  private:
   [[nodiscard]] std::optional<UsbTransfer> next_of_device();
-  void find_device();
+  void find_first_command();
+  void take_flight(UsbTransfer& first, std::size_t wanted);
   // The transfer that comes next; throws at the end of the recording.
   UsbTransfer take(const std::string& asked);
   void control(const UsbSetup& setup, const std::string& asked);
@@ -63,13 +65,11 @@ class ReplayTransport final : public UsbTransport {
   [[nodiscard]] std::string describe_out(ByteView data) const;
 
   std::filesystem::path path_;
+  RecordedDevice device_;
   TransferReader transfers_;
   VirtualClock& clock_;
   Decoder decode_;
   SessionHeader header_;
-  UsbIdentity identity_;
-  std::uint16_t bus_ = 0;
-  std::uint8_t device_ = 0;
   std::deque<UsbTransfer> ahead_;   // read already, still to be played
   std::vector<UsbTransfer> taken_;  // played since the last command, that one included
   std::optional<DeviceError> ended_;

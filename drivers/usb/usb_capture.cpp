@@ -11,6 +11,8 @@ constexpr std::size_t kUsbmonShortHeader = 48;
 constexpr std::size_t kUsbmonHeader = 64;
 // USBPcap: USBPCAP_BUFFER_PACKET_HEADER.
 constexpr std::size_t kUsbPcapHeader = 27;
+// Of control transfers, a byte behind it.
+constexpr int kStageSetup = 0, kStageData = 1, kStageStatus = 2;
 constexpr std::size_t kSetupBytes = 8;
 
 std::optional<UsbPacket> decode_usbmon(ByteView b, std::size_t header_bytes, bool big_endian) {
@@ -34,8 +36,8 @@ std::optional<UsbPacket> decode_usbmon(ByteView b, std::size_t header_bytes, boo
   // A status that no kernel writes must not overflow when its sign is changed.
   packet.status = std::max(static_cast<std::int32_t>(number(28, 4)), -0xFFFF);
   packet.length = static_cast<std::uint32_t>(number(32, 4));
-  const std::size_t captured = number(36, 4);
-  if (captured > b.size() - header_bytes) return std::nullopt;
+  // A limit of packet size may have cut the rest off.
+  const std::size_t captured = std::min<std::size_t>(number(36, 4), b.size() - header_bytes);
   if (packet.submission && packet.type == UsbTransferType::kControl && u8_at(b, 14) == 0) {
     packet.setup.emplace();
     std::copy_n(b.begin() + 40, kSetupBytes, packet.setup->begin());
@@ -61,15 +63,26 @@ std::optional<UsbPacket> decode_usbpcap(ByteView b, std::int64_t time_us) {
   packet.time_us = time_us;
   // Windows status words have no errno; a cancelled URB is the usual one.
   packet.status = failed && !packet.submission ? -EPROTO : 0;
-  const std::size_t captured = load_le(b, 23, 4);
-  if (captured > b.size() - header_bytes) return std::nullopt;
-  ByteView data = b.subspan(header_bytes, captured);
-  if (packet.submission && packet.type == UsbTransferType::kControl && data.size() >= kSetupBytes) {
-    packet.setup.emplace();
-    std::copy_n(data.begin(), kSetupBytes, packet.setup->begin());
-    data = data.subspan(kSetupBytes);
+  std::size_t sent = load_le(b, 23, 4);
+  ByteView data = b.subspan(header_bytes, std::min(sent, b.size() - header_bytes));
+  if (packet.type == UsbTransferType::kControl) {
+    const int stage = header_bytes > kUsbPcapHeader ? u8_at(b, kUsbPcapHeader) : kStageSetup;
+    // Not from the host, whatever the direction of this packet.
+    if (stage == kStageStatus) packet.submission = false;
+    packet.continues = packet.submission && stage == kStageData;
+    if (packet.submission && stage == kStageSetup && data.size() >= kSetupBytes) {
+      packet.setup.emplace();
+      std::copy_n(data.begin(), kSetupBytes, packet.setup->begin());
+      data = data.subspan(kSetupBytes);
+      sent -= kSetupBytes;
+      packet.endpoint =
+          static_cast<std::uint8_t>((packet.endpoint & 0x7F) | (u8_at(*packet.setup, 0) & 0x80));
+      const bool sends = (packet.endpoint & 0x80) == 0 && load_le(*packet.setup, 6, 2) > 0;
+      packet.data_follows = sends && sent == 0;
+    }
   }
   packet.data.assign(data.begin(), data.end());
+  if (data.size() < sent) packet.length = static_cast<std::uint32_t>(sent);
   return packet;
 }
 

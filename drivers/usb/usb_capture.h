@@ -26,8 +26,12 @@ struct UsbPacket {
   // Asked for (submission) or moved (completion) [bytes]; absent where a capture does not say.
   std::optional<std::uint32_t> length;
   std::optional<std::array<std::byte, 8>> setup;  // control submissions
-  Bytes data;                                     // OUT with the submission, IN with the completion
-  std::string comment;                            // of the packet in a pcapng file
+  Bytes data;  // OUT with the submission, IN with the completion; less than `length` where a
+               // capture limited the size of its packets
+  std::uint64_t number = 0;  // in its file, from 1, as Wireshark counts
+  // USBPcap before 1.3 writes what a control request sends as a packet of its own.
+  bool data_follows = false, continues = false;
+  std::string comment;  // of the packet in a pcapng file
 };
 
 inline constexpr int kLinkUsbmon48 = 189;
@@ -37,7 +41,7 @@ inline constexpr int kLinkUsbPcap = 249;
 // Little-endian, link type 220.
 [[nodiscard]] Bytes encode_usbmon(const UsbPacket& packet);
 
-// Absent for what is no packet of that link type: too short, or a length that does not fit.
+// Absent for what is no packet of that link type, or too short for its header.
 // `time_us` is taken for link types without a time of their own. USBPcap is always little-endian.
 [[nodiscard]] std::optional<UsbPacket> decode_usb_packet(ByteView bytes, int link_type,
                                                          bool big_endian, std::int64_t time_us);

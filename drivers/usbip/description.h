@@ -27,6 +27,9 @@ struct DeviceDescription {
   std::uint8_t attributes = 0xC0;             // self powered
   std::uint8_t max_power = 1;                 // units of 2 mA
   std::vector<EndpointDescription> endpoints;
+  // Some units vanish after a reset of their port: then a new client finds the unit as it was left,
+  // with its endpoints cleared.
+  bool bears_reset = true;
 };
 
 inline constexpr std::uint8_t kDeviceDescriptor = 1, kConfigurationDescriptor = 2,

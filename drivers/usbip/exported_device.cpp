@@ -11,6 +11,7 @@ namespace reseau::usbip {
 namespace {
 
 constexpr std::uint8_t kIn = 0x80;
+constexpr std::uint8_t kTypeBits = 0x60, kVendorType = 0x40;
 constexpr std::uint32_t kShortNotOk = 0x0001;  // transfer flag of the Linux kernel
 constexpr std::size_t kMaxWaiting = 1024;
 // A clock that a client cannot see is no use: an IN transfer waits until the client gives up.
@@ -66,7 +67,7 @@ void ExportedDevice::submit(SubmitRequest request, std::vector<Completion>& done
   if (gone_ || request.device_id != (me.bus << 16 | me.device)) {
     done.push_back(completion_of(request, -ENODEV, 0));
   } else if (request.endpoint == 0) {
-    done.push_back(control(request));
+    control(request, done);
   } else if (configuration_ == 0 || !has_endpoint(address)) {
     done.push_back(completion_of(request, -EPIPE, 0));
   } else if (halted_.contains(address)) {
@@ -106,7 +107,10 @@ void ExportedDevice::detach() {
 bool ExportedDevice::reset_unit() {
   asked_in_vain_ = false;
   try {
-    unit_.reset();
+    if (description_.bears_reset) unit_.reset();
+    for (const EndpointDescription& endpoint : description_.endpoints) {
+      if (!description_.bears_reset) unit_.clear_halt(endpoint.address);
+    }
   } catch (const DeviceError& error) {
     gone_ = gone_ || error.kind() == DeviceError::Kind::kDisconnected;
   }
@@ -200,12 +204,19 @@ bool ExportedDevice::serve_one(std::size_t index, std::vector<Completion>& done)
   return true;
 }
 
-Completion ExportedDevice::control(const SubmitRequest& request) {
+void ExportedDevice::control(const SubmitRequest& request, std::vector<Completion>& done) {
   const bool in = (u8_at(request.setup, 0) & kIn) != 0;
   const auto asked = static_cast<std::uint32_t>(load_le(request.setup, 6, 2));
-  const bool standard_type = (u8_at(request.setup, 0) & 0x60) == 0;
+  const std::uint8_t type = u8_at(request.setup, 0) & kTypeBits;
   // A request without data has no direction of its own.
-  if (!standard_type || (asked > 0 && in != request.in)) return completion_of(request, -EPIPE, 0);
+  const bool fits = asked == 0 || in == request.in;
+  if (fits && type == kVendorType) return vendor(request, done);
+  done.push_back(fits && type == 0 ? standard(request) : completion_of(request, -EPIPE, 0));
+}
+
+Completion ExportedDevice::standard(const SubmitRequest& request) {
+  const bool in = (u8_at(request.setup, 0) & kIn) != 0;
+  const std::size_t asked = load_le(request.setup, 6, 2);
   Bytes reply;
   const std::int32_t status = standard(request.setup, reply);
   if (status != 0) return completion_of(request, status, 0);
@@ -214,6 +225,34 @@ Completion ExportedDevice::control(const SubmitRequest& request) {
   Completion done = completion_of(request, 0, static_cast<std::uint32_t>(reply.size()));
   done.data = std::move(reply);
   return done;
+}
+
+void ExportedDevice::vendor(const SubmitRequest& request, std::vector<Completion>& done) {
+  const ControlRequest asked{u8_at(request.setup, 0), u8_at(request.setup, 1),
+                             static_cast<std::uint16_t>(load_le(request.setup, 2, 2)),
+                             static_cast<std::uint16_t>(load_le(request.setup, 4, 2))};
+  asked_in_vain_ = false;
+  try {
+    if ((asked.type & kIn) == 0) {
+      unit_.control_out(asked, request.data, kTimeout);
+      done.push_back(completion_of(request, 0, static_cast<std::uint32_t>(request.data.size())));
+      return;
+    }
+    Bytes reply(std::min<std::size_t>(load_le(request.setup, 6, 2), request.length));
+    reply.resize(unit_.control_in(asked, reply, kTimeout));
+    Completion answered = completion_of(request, 0, static_cast<std::uint32_t>(reply.size()));
+    answered.data = std::move(reply);
+    done.push_back(std::move(answered));
+  } catch (const DeviceError& error) {
+    if (error.kind() == DeviceError::Kind::kTimeout && waiting_.size() < kMaxWaiting) {
+      // Until the client gives up.
+      waiting_.push_back({request.sequence, 0, 0, 0, request.n_packets, true, false});
+      return;
+    }
+    gone_ = gone_ || error.kind() == DeviceError::Kind::kDisconnected;
+    // A stall of endpoint 0 ends with the next request.
+    done.push_back(completion_of(request, gone_ ? -ENODEV : -EPIPE, 0));
+  }
 }
 
 std::int32_t ExportedDevice::standard(ByteView setup, Bytes& reply) {

@@ -12,9 +12,10 @@
 
 namespace reseau::usbip {
 
-// Answers the requests of chapter 9 itself and hands bulk transfers to the unit. An IN transfer
-// that the unit has nothing for waits, as on a bus, until it has, or until it is taken back. A
-// failed transfer leaves its endpoint halted until CLEAR_FEATURE. Thread-bound; borrows the unit.
+// Answers the requests of chapter 9 itself and hands bulk transfers and requests of the vendor's
+// own to the unit. An IN transfer that the unit has nothing for waits, as on a bus, until it has,
+// or until it is taken back. A failed transfer leaves its endpoint halted until CLEAR_FEATURE.
+// Thread-bound; borrows the unit.
 class ExportedDevice {
  public:
   ExportedDevice(DeviceDescription description, UsbTransport& unit);
@@ -39,7 +40,9 @@ class ExportedDevice {
     bool held = false;   // behind a short transfer that was not to be short
   };
 
-  [[nodiscard]] Completion control(const SubmitRequest& request);
+  void control(const SubmitRequest& request, std::vector<Completion>& done);
+  [[nodiscard]] Completion standard(const SubmitRequest& request);
+  void vendor(const SubmitRequest& request, std::vector<Completion>& done);
   // A negative errno, or the data of an IN request.
   [[nodiscard]] std::int32_t standard(ByteView setup, Bytes& reply);
   [[nodiscard]] std::int32_t get_status(std::uint8_t recipient, std::uint16_t index, Bytes& reply);

@@ -48,22 +48,33 @@ std::string quick(const std::string& model) {
   return "sim:" + model + "?film=none&noise=0&cells=1&busy_polls=0";
 }
 
-void ls5000(benchmark::State& state) { read_image(state, quick("ls5000"), 4000); }
-void ls50(benchmark::State& state) { read_image(state, quick("ls50"), 4000); }
-void ls40(benchmark::State& state) { read_image(state, quick("ls40"), 2900); }
-void ls9000(benchmark::State& state) { read_image(state, quick("ls9000"), 4000); }
-void rps7200(benchmark::State& state) { read_image(state, quick("rps7200"), 3600); }
+void unit(benchmark::State& state, const std::string& model, int dpi) {
+  read_image(state, quick(model), dpi);
+}
 void named_device(benchmark::State& state) {
   const char* const name = std::getenv("RESEAU_BENCH_DEVICE");
   if (name == nullptr) return state.SkipWithError("RESEAU_BENCH_DEVICE is not set");
   read_image(state, name, 4000);
 }
 
-BENCHMARK(ls5000)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(ls50)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(ls40)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(ls9000)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(rps7200)->UseRealTime()->Unit(benchmark::kMillisecond);
+#define RESEAU_UNIT(model, dpi) \
+  BENCHMARK_CAPTURE(unit, model, #model, dpi)->UseRealTime()->Unit(benchmark::kMillisecond)
+
+RESEAU_UNIT(ls5000, 4000);
+RESEAU_UNIT(ls50, 4000);
+RESEAU_UNIT(ls40, 2900);
+RESEAU_UNIT(ls4000, 4000);
+RESEAU_UNIT(ls8000, 4000);
+RESEAU_UNIT(ls9000, 4000);
+RESEAU_UNIT(ls2000, 2700);
+RESEAU_UNIT(ls30, 2700);
+RESEAU_UNIT(crystalscan3600, 3600);
+RESEAU_UNIT(crystalscan7200, 3600);
+RESEAU_UNIT(proscan7200, 3600);
+RESEAU_UNIT(proscan10t, 5000);
+RESEAU_UNIT(digitdia5000, 3600);
+RESEAU_UNIT(digitdia6000, 5000);
+RESEAU_UNIT(rps7200, 3600);
 BENCHMARK(named_device)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -144,6 +144,18 @@ TEST(Pieusb, MetersSoThatNoElementOfTheScreenIsCutOff) {
   }
 }
 
+TEST(Pieusb, MetersEachChannelAloneWhereTheBalanceIsNotLocked) {
+  ScanRequest request = small_request();
+  const auto exposures = [&](bool lock) {
+    request.exposure.lock = lock;
+    return scan_of(*open_pie("sim:crystalscan3600?noise=0"), request).context.exposure_us;
+  };
+  const auto locked = exposures(true), alone = exposures(false);
+  // The references of this unit's colours are equal.
+  EXPECT_NEAR(*locked[0], *locked[2], 0.02 * *locked[0]);
+  EXPECT_GT(std::abs(*alone[0] - *alone[2]), 0.05 * *alone[0]);
+}
+
 TEST(Pieusb, WaitsForAColdLampAndASlowUnit) {
   for (const char* const name : kPieUnits) {
     const auto scanner = open_pie(std::string(name) + "?cold=1&busy_polls=7&busy_phases=5&again=3");

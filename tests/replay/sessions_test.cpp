@@ -103,6 +103,8 @@ TEST_F(Sessions, AWholeRecordingHasNoProblemAndACutOneHas) {
   const SessionCheck good = check_session(file_);
   EXPECT_TRUE(good.problems.empty()) << good.problems.front();
   EXPECT_EQ(good.n_failed_transfers, 0);
+  EXPECT_GT(good.n_not_ready, 5) << "polls while it moves";
+  EXPECT_EQ(good.n_refused, 0);
 
   // Without its descriptors and the first command's data.
   const std::filesystem::path cut = dir_ / "cut.pcapng";

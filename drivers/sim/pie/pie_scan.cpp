@@ -64,10 +64,17 @@ PieReply PieUnit::scan(int flag) {
   const bool may_skip = calibrated_ && (!model_.confirms_frame || frame_confirmed_);
   const bool skips = (mode_.quality & kSkipShadingBit) != 0 && may_skip;
   if (!skips && model_.own_calibration) return check(kCalibrateFirst);
-  start_image();
-  if (skips) return {.busy_polls = spec_.unit.busy_polls};
-  queue_calibration(kEntries * kLinesPerEntry, false);
+  if (skips) {
+    start_image();
+    return {.busy_polls = spec_.unit.busy_polls};
+  }
+  begin_calibrated_image();
   return check(kCalibrateFirst);
+}
+
+void PieUnit::begin_calibrated_image() {
+  start_image();
+  queue_calibration(kEntries * kLinesPerEntry, false);
 }
 
 void PieUnit::queue_calibration(int n_lines, bool with_dark) {

@@ -67,7 +67,9 @@ std::optional<PieSense> PieUnit::refusal(std::uint8_t opcode) {
   // A pass that was begun is read before anything else is set.
   const bool changes =
       opcode == 0x0a || opcode == 0x15 || opcode == 0x1b || opcode == 0xd1 || opcode == 0xdc;
-  if (changes && pass_open()) return kOutOfOrder;
+  // But for exposures before its calibration (SANE's pieusb backend).
+  const bool before_calibration = calibration_lines_ > 0 && calibration_at_ == 0;
+  if (changes && pass_open() && !(opcode == 0xdc && before_calibration)) return kOutOfOrder;
   return std::nullopt;
 }
 
@@ -154,6 +156,7 @@ PieSense PieUnit::data_out(ByteView data) {
       }
       exposure_[3] = static_cast<std::uint16_t>(get16le(data, 18));
       gain_[3] = data[22];
+      if (pass_open() && !model_.own_calibration) begin_calibrated_image();
       break;
     default:
       break;
@@ -220,7 +223,9 @@ PieReply PieUnit::read_gain(std::size_t length) {
 
 PieSense PieUnit::write(ByteView data) {
   const int sub_command = get16le(data, 0);
-  if (get16le(data, 2) != static_cast<int>(data.size()) - 4) return kListLength;
+  // SANE asks for the calibration info with two bytes that the length does not count.
+  const bool asks = sub_command == 0x95 && data.size() == 6 && get16le(data, 2) == 0;
+  if (!asks && get16le(data, 2) != static_cast<int>(data.size()) - 4) return kListLength;
   switch (sub_command) {
     case 0x12: {
       if (data.size() != 14) return kListLength;

@@ -67,6 +67,7 @@ class PieUnit {
   [[nodiscard]] PieSense mode_select(ByteView data);
   [[nodiscard]] PieSense slide(ByteView data);
   void start_image();
+  void begin_calibrated_image();
   void queue_calibration(int n_lines, bool with_dark);
   [[nodiscard]] std::array<double, 4> levels() const;
   [[nodiscard]] ScanWindow window() const;

@@ -8,7 +8,8 @@
 
 namespace reseau::testing {
 
-ExportedUnit::ExportedUnit(const std::string& model, const std::vector<std::string>& settings)
+ExportedUnit::ExportedUnit(const std::string& model, const std::vector<std::string>& settings,
+                           const std::string& backend)
     : address_("unix:" + file("scanner.sock")) {
   std::vector<std::string> words{RESEAU_BINARY, "simulate", "--usbip", address_, "--model", model};
   words.insert(words.end(), settings.begin(), settings.end());
@@ -16,8 +17,12 @@ ExportedUnit::ExportedUnit(const std::string& model, const std::vector<std::stri
   EXPECT_TRUE(server_->wait_for_line([this](const std::string& line) { return line == address_; },
                                      std::chrono::seconds(30)));
   std::filesystem::create_directory(file("sane.d"));
-  test::write_bytes(file("sane.d/dll.conf"), "coolscan3\n");
+  test::write_bytes(file("sane.d/dll.conf"), backend + "\n");
   test::write_bytes(file("sane.d/coolscan3.conf"), "auto\n");
+  // As Debian's file has it; the others are built in.
+  test::write_bytes(file("sane.d/pieusb.conf"),
+                    "usb 0x05e3 0x0145 0x47 0x00\nusb 0x05e3 0x0145 0x2e 0x00\n"
+                    "usb 0x05e3 0x0142 0x2f 0x03\n");
 }
 
 ProcessResult ExportedUnit::run(std::vector<std::string> program,
@@ -30,9 +35,11 @@ ProcessResult ExportedUnit::run(std::vector<std::string> program,
   return result;
 }
 
-ProcessResult ExportedUnit::scanimage(std::vector<std::string> arguments) const {
+ProcessResult ExportedUnit::scanimage(std::vector<std::string> arguments,
+                                      std::vector<std::string> environment) const {
   arguments.insert(arguments.begin(), RESEAU_SCANIMAGE);
-  return run(std::move(arguments), {"SANE_CONFIG_DIR=" + file("sane.d")});
+  environment.push_back("SANE_CONFIG_DIR=" + file("sane.d"));
+  return run(std::move(arguments), std::move(environment));
 }
 
 ProcessResult ExportedUnit::stop() {

@@ -12,14 +12,16 @@ namespace reseau::testing {
 
 class ExportedUnit {
  public:
-  // Settings as words of the command line: "frames=6".
-  ExportedUnit(const std::string& model, const std::vector<std::string>& settings);
+  // Settings as words of the command line: "frames=6". `backend` is the one that SANE loads.
+  ExportedUnit(const std::string& model, const std::vector<std::string>& settings,
+               const std::string& backend = "coolscan3");
 
   // Runs a program under tests/support/usbip_host.
   [[nodiscard]] ProcessResult run(std::vector<std::string> program,
                                   std::vector<std::string> environment = {}) const;
   // scanimage with SANE's coolscan3 alone, on this unit.
-  [[nodiscard]] ProcessResult scanimage(std::vector<std::string> arguments) const;
+  [[nodiscard]] ProcessResult scanimage(std::vector<std::string> arguments,
+                                        std::vector<std::string> environment = {}) const;
   // As Ctrl-C does.
   [[nodiscard]] ProcessResult stop();
   [[nodiscard]] const std::string& address() const { return address_; }

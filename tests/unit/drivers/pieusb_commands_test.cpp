@@ -24,7 +24,7 @@ TEST(PieCommands, EveryByteHasItsPlace) {
   EXPECT_EQ(hex_of(scan_frame_data({0, 3431, 10343, 6888})),
             "12 00 0A 00 80 00 00 00 67 0D 67 28 E8 1A");
   EXPECT_EQ(hex_of(filter_percentage_data(0x13, 4)), "13 00 04 00 04 00 64 00");
-  EXPECT_EQ(hex_of(prepare_calibration_info_data()), "95 00 00 00");
+  EXPECT_EQ(hex_of(prepare_calibration_info_data()), "95 00 00 00 00 00");
   EXPECT_EQ(hex_of(confirm_frame_data()), "17 00 02 00 01 00");
   EXPECT_EQ(hex_of(mode_data({3600, true, 16, 0x0088})),
             "00 0F 10 0E 90 20 04 00 01 88 00 00 00 80 10 00");

@@ -52,7 +52,8 @@ TEST(PiePlan, WhatOtherFamiliesCanIsNotTakenSilently) {
   ScanRequest request;
   request.samples = 4;
   request.frame_offset_mm = 1.5;
-  EXPECT_EQ(negotiate(request, rps()).adjusted.size(), 2U);
+  request.sensor_lines = SensorLines::kAll;
+  EXPECT_EQ(negotiate(request, rps()).adjusted.size(), 3U);
   request.overview = true;
   EXPECT_THROW((void)negotiate(request, rps()), InputError);
 }

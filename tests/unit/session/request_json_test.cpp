@@ -23,7 +23,12 @@ RecordedRequest everything() {
   r.exposure.mode = ExposureRequest::Mode::kFixed;
   r.exposure.factor = 1.25;
   r.exposure.exposure_us = {800.5, std::nullopt, 1200, 0.1};
+  r.exposure.lock = false;
   r.frame = 4;
+  r.frame_offset_mm = -0.25;
+  r.samples = 8;
+  r.sensor_lines = SensorLines::kAll;
+  r.overview = true;
   return recorded;
 }
 
@@ -49,8 +54,33 @@ TEST(RequestJson, RoundTripIsExact) {
   EXPECT_EQ(a.exposure.mode, b.exposure.mode);
   EXPECT_EQ(a.exposure.factor, b.exposure.factor);
   EXPECT_EQ(a.exposure.exposure_us, b.exposure.exposure_us);
+  EXPECT_EQ(a.exposure.lock, b.exposure.lock);
   EXPECT_EQ(a.frame, b.frame);
+  EXPECT_EQ(a.frame_offset_mm, b.frame_offset_mm);
+  EXPECT_EQ(a.samples, b.samples);
+  EXPECT_EQ(a.sensor_lines, b.sensor_lines);
+  EXPECT_EQ(a.overview, b.overview);
   EXPECT_EQ(recorded_request_to_json(*two), recorded_request_to_json(one));
+}
+
+TEST(RequestJson, AnOrdinaryScanNamesReadingsLinesAndOffsetToo) {
+  const nlohmann::ordered_json object = request_to_json({});
+  EXPECT_EQ(object.at("samples"), 1);
+  EXPECT_EQ(object.at("sensor_lines"), "auto");
+  EXPECT_EQ(object.at("frame_offset_mm"), 0.0);
+}
+
+TEST(RequestJson, SensorLinesOfEarlierRecordingsAreNumbers) {
+  const auto lines = [](const std::string& value) {
+    return recorded_request_from_json(
+               R"({"schema":"reseau-request/1","request":{"sensor_lines":)" + value + "}}", "test")
+        ->request.sensor_lines;
+  };
+  EXPECT_EQ(lines("1"), SensorLines::kOne);
+  EXPECT_EQ(lines("2"), SensorLines::kAll);
+  EXPECT_EQ(lines("\"one\""), SensorLines::kOne);
+  EXPECT_THROW((void)lines("3"), InputError);
+  EXPECT_THROW((void)lines("\"two\""), InputError);
 }
 
 TEST(RequestJson, OtherCommentsAreNotOurs) {

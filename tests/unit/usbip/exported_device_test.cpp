@@ -161,7 +161,7 @@ TEST_F(Exported, EveryStandardRequestIsAnsweredOrStalled) {
   EXPECT_EQ(status({0x00, 3, 1, 0, 0, 0, 0, 0}), -EPIPE) << "no remote wake-up";
   EXPECT_EQ(status({0x00, 7, 0, 1, 0, 0, 18, 0}), -EPIPE) << "SET_DESCRIPTOR";
   EXPECT_EQ(status({0x82, 12, 0, 0, 0x82, 0, 2, 0}), -EPIPE) << "SYNCH_FRAME";
-  EXPECT_EQ(status({0xC0, 0, 0, 0, 0, 0, 2, 0}), -EPIPE) << "vendor";
+  EXPECT_EQ(status({0xA0, 0, 0, 0, 0, 0, 2, 0}), -EPIPE) << "of a class";
   EXPECT_EQ(status({0x80, 6, 0, 9, 0, 0, 2, 0}), -EPIPE);
   EXPECT_EQ(status({0x00, 9, 2, 0, 0, 0, 0, 0}), -EPIPE) << "no second configuration";
   EXPECT_EQ(unit_.n_resets, 0);
@@ -170,6 +170,40 @@ TEST_F(Exported, EveryStandardRequestIsAnsweredOrStalled) {
   EXPECT_EQ(status({0x00, 9, 1, 0, 0, 0, 0, 0}), 0);
   EXPECT_EQ(unit_.n_resets, 2);
   EXPECT_TRUE(in(512).empty());
+}
+
+TEST_F(Exported, RequestsOfTheVendorGoToTheUnit) {
+  EXPECT_EQ(control(bytes_of({0x40, 0x0C, 0x85, 0, 7, 0, 3, 0})).moved_bytes, 3U);
+  ASSERT_EQ(unit_.requests.size(), 1U);
+  EXPECT_EQ(unit_.requests[0], (ControlRequest{0x40, 0x0C, 0x85, 7}));
+  const Completion answer = control(bytes_of({0xC0, 0x0C, 0x84, 0, 0, 0, 8, 0}));
+  EXPECT_EQ(answer.status, 0);
+  EXPECT_EQ(answer.data.size(), 3U) << "a short answer is one";
+
+  // A stall of endpoint 0 is over with the next request; silence lasts until the host gives up.
+  unit_.control_status = EPIPE;
+  EXPECT_EQ(control(bytes_of({0x40, 0x0C, 0x85, 0, 0, 0, 1, 0})).status, -EPIPE);
+  EXPECT_EQ(control(bytes_of({0x40, 0x0C, 0x85, 0, 0, 0, 1, 0})).status, 0);
+  unit_.control_status = ETIMEDOUT;
+  SubmitRequest silent = request(false, 0, 1);
+  silent.setup = {std::byte{0x40}, std::byte{0x0C}, std::byte{0x85}, {}, {}, {}, std::byte{1}, {}};
+  silent.data.resize(1);
+  EXPECT_TRUE(submit(silent).empty());
+  UnlinkRequest unlink;
+  unlink.unlink_sequence = silent.sequence;
+  EXPECT_EQ(device_.unlink(unlink).status, -ECONNRESET);
+  unit_.control_status = ENODEV;
+  EXPECT_EQ(control(bytes_of({0x40, 0x0C, 0x85, 0, 0, 0, 1, 0})).status, -ENODEV);
+  EXPECT_TRUE(device_.gone());
+}
+
+TEST_F(Exported, AUnitThatDoesNotBearAResetIsNotReset) {
+  DeviceDescription tender = some_device();
+  tender.bears_reset = false;
+  ExportedDevice device(tender, unit_);
+  device.detach();
+  EXPECT_EQ(unit_.n_resets, 0);
+  EXPECT_EQ(unit_.cleared.size(), tender.endpoints.size());
 }
 
 TEST_F(Exported, DetachingForgetsTheClient) {

@@ -31,6 +31,19 @@ class FakeUnit final : public UsbTransport {
     std::copy(echo.begin(), echo.end(), buffer.begin());
     return echo.size();
   }
+  void control_out(const ControlRequest& request, std::span<const std::byte> data,
+                   Duration) override {
+    if (control_status != 0) {
+      throw transfer_error(std::exchange(control_status, 0), 0x00, data.size());
+    }
+    requests.push_back(request);
+    echoes.emplace_back(data.begin(), data.end());
+  }
+  std::size_t control_in(const ControlRequest& request, std::span<std::byte> buffer,
+                         Duration timeout) override {
+    requests.push_back(request);
+    return bulk_in(0x80, buffer, timeout);
+  }
   void clear_halt(Endpoint endpoint) override { cleared.push_back(endpoint); }
   void reset() override {
     ++n_resets;
@@ -39,7 +52,8 @@ class FakeUnit final : public UsbTransport {
 
   std::deque<Bytes> echoes;
   std::vector<Endpoint> cleared;
-  int out_status = 0, in_status = 0;  // of the next transfer
+  std::vector<ControlRequest> requests;
+  int out_status = 0, in_status = 0, control_status = 0;  // of the next transfer
   int n_resets = 0, n_reads = 0;
 
  private:
