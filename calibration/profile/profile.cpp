@@ -28,6 +28,15 @@ void validate_channel(const Profile& profile, std::size_t c) {
     require(finite_not_negative(psf->sd_px), of_channel("psf", c),
             "must have an sd_px of 0 or more");
   }
+  double last_f = -1;
+  for (const TransferPoint& point : profile.transfer[c]) {
+    require(std::isfinite(point.f_cy_per_px) && point.f_cy_per_px > last_f,
+            of_channel("transfer", c), "must have growing frequencies of 0 or more");
+    require(
+        std::isfinite(point.value) && std::abs(point.value) <= 2 && finite_not_negative(point.sd),
+        of_channel("transfer", c), "must have values from -2 to 2 and deviations of 0 or more");
+    last_f = point.f_cy_per_px;
+  }
   if (const auto& offset = profile.offset_from_green_px[c]) {
     require(std::isfinite(offset->x) && std::isfinite(offset->y),
             of_channel("offset_from_green_px", c), "must be finite");

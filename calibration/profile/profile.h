@@ -7,6 +7,7 @@
 
 #include "core/geometry/vec2.h"
 #include "core/line/capture_context.h"
+#include "core/reconstruct/unit_sharpness.h"
 
 namespace reseau {
 
@@ -40,6 +41,8 @@ struct Profile {
   std::string tool_version;
 
   std::array<std::optional<PsfWidth>, kProfileChannels> psf;
+  // Modulation transfer in focus, mean over the edges; empty = not measured.
+  std::array<std::vector<TransferPoint>, kProfileChannels> transfer;
   // Where a channel sees the point that green sees at (x, y): (x, y) + offset.
   std::array<std::optional<Vec2>, kProfileChannels> offset_from_green_px;
   // Signal without light, of full scale.

@@ -101,6 +101,15 @@ Json channel_to_json(const Profile& profile, std::size_t c) {
   if (const auto& psf = profile.psf[c]) {
     json["psf"] = {{"sigma_px", psf->sigma_px}, {"sd_px", psf->sd_px}};
   }
+  if (!profile.transfer[c].empty()) {
+    Json f = Json::array(), value = Json::array(), sd = Json::array();
+    for (const TransferPoint& point : profile.transfer[c]) {
+      f.push_back(point.f_cy_per_px);
+      value.push_back(point.value);
+      sd.push_back(point.sd);
+    }
+    json["transfer"] = {{"f_cy_per_px", f}, {"value", value}, {"sd", sd}};
+  }
   if (const auto& offset = profile.offset_from_green_px[c]) {
     json["offset_from_green_px"] = {offset->x, offset->y};
   }
@@ -113,6 +122,15 @@ Json channel_to_json(const Profile& profile, std::size_t c) {
 void channel_from_json(const Fields& fields, std::size_t c, Profile& profile) {
   if (const auto psf = fields.object("psf")) {
     profile.psf[c] = PsfWidth{psf->number("sigma_px"), psf->number("sd_px")};
+  }
+  if (const auto transfer = fields.object("transfer")) {
+    const auto f = transfer->numbers("f_cy_per_px"), value = transfer->numbers("value"),
+               sd = transfer->numbers("sd");
+    if (f.size() != value.size() || f.size() != sd.size()) {
+      throw fields.error("transfer", "must hold as many values and deviations as frequencies");
+    }
+    for (std::size_t i = 0; i < f.size(); ++i)
+      profile.transfer[c].push_back({f[i], value[i], sd[i]});
   }
   if (fields.has("offset_from_green_px")) {
     const auto xy = fields.numbers("offset_from_green_px");

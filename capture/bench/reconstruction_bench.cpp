@@ -3,6 +3,8 @@
 #include <chrono>
 
 #include "capture/bench/cpu_time.h"
+#include "capture/bench/drifting_blur.h"
+#include "core/base/parallel.h"
 #include "core/line/memory_line_source.h"
 #include "drivers/sim/simulate.h"
 
@@ -28,6 +30,11 @@ std::vector<ReconstructionCase> reconstruction_cases() {
       {"natural, focus drifting",
        "scene=natural&blur_px=0.4&ir_blur_px=0.4&noise=0.002&f_number=4&"
        "focus_um=68&focus_tilt_um=68"},
+      // The same spread, Gaussian everywhere.
+      {"chart, Gaussian blur drifting", "scene=chart&blur_px=0.4&ir_blur_px=0.4&noise=0",
+       BlurDrift{0.4, 1.4, 0.0005}},
+      {"natural, Gaussian blur drifting", "scene=natural&blur_px=0.4&ir_blur_px=0.4&noise=0",
+       BlurDrift{0.4, 1.4, 0.002}},
       {"chart, bend 6 px and lens",
        "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005&bend_px=6&radial=0.003"},
       {"chart, stage 0.6 px", "scene=chart&blur_px=0.6&ir_blur_px=0.6&noise=0.0005&wobble_px=0.6"},
@@ -42,6 +49,12 @@ ReconstructionRun run_reconstruction_case(const ReconstructionCase& test, Qualit
                                           bool exact, int n_threads) {
   const sim::SimSpec spec = sim::parse_sim_spec(kMegapixel + test.film);
   sim::SimulatedScan scan = sim::simulate_frame(spec);
+  if (test.drift) {
+    with_threads(n_threads, [&] {
+      blur_across(scan.format, test.drift->first_px, test.drift->last_px, test.drift->noise,
+                  scan.samples);
+    });
+  }
   const MemoryLineSource source(scan.format, std::move(scan.samples));
   ReconstructionRun run;
   RegisterOptions register_options;

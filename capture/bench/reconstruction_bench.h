@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,9 +11,16 @@
 
 namespace reseau {
 
+// A Gaussian blur that grows across the frame, and the noise of the scan that shows it.
+struct BlurDrift {
+  double first_px = 0, last_px = 0;
+  double noise = 0;  // of full scale; the film's own settings add none
+};
+
 struct ReconstructionCase {
   std::string name;
   std::string film;  // settings of the simulated scanner, "key=value&key=value"
+  std::optional<BlurDrift> drift = std::nullopt;
 };
 
 // One megapixel each: blurs, noise, drifting focus, deformed and turned film.

@@ -158,12 +158,46 @@ struct Width {
   int n = 0;
 };
 
+// A point of the mean curve of several edges.
+struct CurvePoint {
+  double weight = 0, sum = 0, squares = 0;
+  int n = 0;
+};
+constexpr int kCurveStep = 2, kCurvePoints = 36;  // of kMtfStepCyPerPx, up to 0.7 cycles/px
+using Curve = std::array<CurvePoint, kCurvePoints>;
+
+// Inverse variances as weights. Edges that disagree by more than they claim make the mean as
+// uncertain as they are apart.
+struct WeightedMean {
+  double value = 0, sd = 0;
+};
+WeightedMean mean_of(double weight, double sum, double squares, int n) {
+  const double mean = sum / weight;
+  double variance = 1 / weight;
+  if (n > 1) variance *= std::max(1.0, std::max(0.0, squares - sum * mean) / (n - 1));
+  return {mean, std::sqrt(variance)};
+}
+
 // Normal equations for where a channel lies against green, from edges of several directions.
 struct Offset {
   double xx = 0, xy = 0, yy = 0, x = 0, y = 0;
 };
 
+void add_curve(const MtfCurve& mtf, Curve& curve) {
+  for (std::size_t i = 0; i < curve.size(); ++i) {
+    const std::size_t at = i * kCurveStep;
+    if (at >= mtf.points.size()) return;
+    const MtfPoint& point = mtf.points[at];
+    const double sd = std::max(point.sd, 1e-4), weight = 1 / (sd * sd);
+    curve[i].weight += weight;
+    curve[i].sum += weight * point.value;
+    curve[i].squares += weight * point.value * point.value;
+    ++curve[i].n;
+  }
+}
+
 void add_edge(const MeasuredEdge& edge, std::array<Width, kProfileChannels>& widths,
+              std::array<Curve, kProfileChannels>& curves,
               std::array<Offset, kProfileChannels>& offsets) {
   const EdgeMeasurement* green = nullptr;
   for (const ChannelEdge& c : edge.channels) {
@@ -182,6 +216,7 @@ void add_edge(const MeasuredEdge& edge, std::array<Width, kProfileChannels>& wid
     w.sum += sigma / (sd * sd);
     w.squares += sigma * sigma / (sd * sd);
     ++w.n;
+    add_curve(m.mtf.all, curves[*channel]);
     if (green == nullptr || &m == green) continue;
     const double a = green->line.normal_rad;
     const double nx = std::cos(a), ny = std::sin(a);
@@ -201,6 +236,7 @@ void add_edge(const MeasuredEdge& edge, std::array<Width, kProfileChannels>& wid
 Profile profile_of(const std::vector<MeasuredFile>& files) {
   std::array<Width, kProfileChannels> widths{};
   std::array<Offset, kProfileChannels> offsets{};
+  std::array<Curve, kProfileChannels> curves{};
   Profile out;
   int n_edges = 0;
   for (const MeasuredFile& file : files) {
@@ -215,7 +251,7 @@ Profile profile_of(const std::vector<MeasuredFile>& files) {
     if (out.resolution_dpi == 0) out.resolution_dpi = file.dpi;
     for (const MeasuredEdge& edge : file.edges) {
       if (!edge.measured()) continue;
-      add_edge(edge, widths, offsets);
+      add_edge(edge, widths, curves, offsets);
       ++n_edges;
     }
   }
@@ -223,14 +259,15 @@ Profile profile_of(const std::vector<MeasuredFile>& files) {
   for (std::size_t c = 0; c < kProfileChannels; ++c) {
     const Width& w = widths[c];
     if (w.n == 0) continue;
-    const double mean = w.sum / w.weight;
-    // Edges that disagree by more than they claim make the mean as uncertain as they are apart.
-    double variance = 1 / w.weight;
-    if (w.n > 1) {
-      const double chi2 = std::max(0.0, w.squares - w.sum * mean) / (w.n - 1);
-      variance *= std::max(1.0, chi2);
+    const WeightedMean width = mean_of(w.weight, w.sum, w.squares, w.n);
+    out.psf[c] = PsfWidth{width.value, width.sd};
+    for (std::size_t i = 0; i < curves[c].size(); ++i) {
+      const CurvePoint& point = curves[c][i];
+      if (point.n == 0) break;
+      const WeightedMean mean = mean_of(point.weight, point.sum, point.squares, point.n);
+      out.transfer[c].push_back(
+          {kMtfStepCyPerPx * kCurveStep * static_cast<double>(i), mean.value, mean.sd});
     }
-    out.psf[c] = PsfWidth{mean, std::sqrt(variance)};
     const Offset& o = offsets[c];
     const double determinant = o.xx * o.yy - o.xy * o.xy;
     const double trace = o.xx + o.yy;

@@ -54,6 +54,10 @@ void DevelopChoice::add_to(CLI::App& app) {
          "infrared (default; where there is none, red, green and blue), rgb, or a file: the "
          "receipt of a scan\nof the same scanner and film that has infrared, or such a scan")
       ->group(group);
+  app.add_option("--profile", profile,
+                 "Calibration of the scanner: auto (default; the newest that is kept of this unit "
+                 "at this\nresolution), none, or a file that 'reseau calibrate' wrote")
+      ->group(group);
   app.add_option("--blur", blur_px,
                  "Blur of the silver picture to undo, standard deviation in pixels; default: what "
                  "the scan shows")

@@ -23,6 +23,7 @@ struct DevelopChoice {
   std::string roi;      // empty: all of the scan
   std::string neutral;  // empty: nothing is made neutral
   std::string silver = "infrared";
+  std::string profile = "auto";
   double white_level = 1.0, black_level = 0.0;
   std::optional<double> blur_px;
   int n_threads = 0;
@@ -33,6 +34,8 @@ struct DevelopChoice {
   // Throws InputError for what cannot be; says on the reporter what is granted otherwise than
   // asked.
   [[nodiscard]] DevelopOptions resolve(Reporter& reporter) const;
+  // Reads a profile that is named. Throws InputError, std::system_error.
+  [[nodiscard]] ProfileChoice resolve_profile() const { return parse_profile_choice(profile); }
 };
 
 // Names of one picture's files in a folder.

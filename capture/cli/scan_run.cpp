@@ -94,6 +94,8 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
   Reporter& reporter = work.reporter;
   const DevelopOptions base =
       as_failure(Doing::kReadingOptions, [&] { return job.picture.resolve(reporter); });
+  const ProfileChoice profile =
+      as_failure(Doing::kReadingOptions, [&] { return job.picture.resolve_profile(); });
   // The options are looked at before any device is touched.
   as_failure(Doing::kReadingOptions, [&] { static_cast<void>(job.scan.request()); });
   const std::filesystem::path directory = job.place.directory();
@@ -146,8 +148,9 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
   session_options.started_at_utc = opened.asked.started_at_utc;
   session_options.develop_stop = end_develop.get_token();
   if (record.want_picture) {
-    session_options.develop = [&](const LineSource& lines, const CaptureContext&,
+    session_options.develop = [&](const LineSource& lines, const CaptureContext& context,
                                   const std::stop_token& stop) {
+      record.settings.profile = use_profile(profile, context, lines.format().x_dpi);
       const int n_lines = lines.format().n_lines;
       const DevelopProgress progress = develop_progress(reporter, true, n_lines);
       record.development = develop(

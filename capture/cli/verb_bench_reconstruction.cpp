@@ -19,7 +19,7 @@ using nlohmann::ordered_json;
 
 struct ReconstructionBench {
   std::vector<std::string> qualities{"draft", "standard", "best"};
-  std::string film, plot;
+  std::string film, only, plot;
   bool exact = false;
   int n_threads = 0;
 };
@@ -46,6 +46,12 @@ ordered_json to_json(const ReconstructionCase& test, const std::string& quality,
 ExitCode bench_reconstruction(const ReconstructionBench& options, Work& work) {
   std::vector<ReconstructionCase> cases = reconstruction_cases();
   if (!options.film.empty()) cases = {{options.film, options.film}};
+  std::erase_if(cases, [&options](const ReconstructionCase& test) {
+    return test.name.find(options.only) == std::string::npos;
+  });
+  if (cases.empty()) {
+    throw InputError(fmt::format("No film of the table has '{}' in its name.", options.only));
+  }
   ordered_json result{{"schema", "reseau-bench-reconstruction/1"},
                       {"cases", ordered_json::array()}};
   work.reporter.result_line(fmt::format("{:<36} {:<9} {:>6} {:>6} {:>8} {:>7} {:>6} {:>7} {:>6}",
@@ -101,6 +107,7 @@ void add_bench_reconstruction(Program& program, CLI::App* bench) {
       ->check(CLI::IsMember({"draft", "standard", "best"}));
   app->add_option("--film", options->film,
                   "One film of your own instead of the table, as for 'simulate'");
+  app->add_option("--only", options->only, "Only films of the table whose name contains this");
   app->add_option("--plot", options->plot, "Time against error as an SVG file");
   app->add_flag("--exact", options->exact, "No shortcut that changes a pixel");
   app->add_option("--threads", options->n_threads, "Threads; 0 = all cores (default)")

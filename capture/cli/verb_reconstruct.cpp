@@ -56,6 +56,8 @@ ExitCode run_reconstruct(const ReconstructArguments& options, Work& work) {
   Reporter& reporter = work.reporter;
   DevelopOptions settings =
       as_failure(Doing::kReadingOptions, [&] { return options.picture.resolve(reporter); });
+  const ProfileChoice profile =
+      as_failure(Doing::kReadingOptions, [&] { return options.picture.resolve_profile(); });
   if (is_exr(options.read.file)) {
     return run_recolor(
         {"reconstruct", options.read.file, options.output, settings.color, settings.neutral,
@@ -69,6 +71,9 @@ ExitCode run_reconstruct(const ReconstructArguments& options, Work& work) {
   // Before any work, so that nobody waits for a refusal.
   refuse_all_existing(names, view);
   const Scan scan = options.read.read(reporter);
+  settings.profile = as_failure(Doing::kReadingInput, [&] {
+    return use_profile(profile, scan.context, scan.source->format().x_dpi);
+  });
   prepare_directory(directory);
 
   const LineFormat& format = scan.source->format();
@@ -102,6 +107,9 @@ ExitCode run_reconstruct(const ReconstructArguments& options, Work& work) {
   reporter.say("");
   reporter.say("Réseau    " + describe_registration(development.registration));
   if (development.report) {
+    if (!settings.profile.path.empty())
+      reporter.say("Unit      calibrated " + settings.profile.measured_at_utc);
+    for (const std::string& note : settings.profile.notes) reporter.say("          " + note);
     reporter.say("Clipped   " + describe_clipping(*development.report, infrared));
     reporter.say(fmt::format(
         "Time      {:.2f} s to register, {:.2f} s to reconstruct", development.registration.seconds,

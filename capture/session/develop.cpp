@@ -37,6 +37,7 @@ ReconstructOptions reconstruct_options_of(const DevelopOptions& options) {
   out.white_level = options.white_level;
   out.black_level = options.black_level;
   out.blur_px = options.blur_px;
+  out.unit = options.profile.unit;
   out.silver_from_rgb = options.silver.weights;
   out.n_threads = options.n_threads;
   out.exact = options.exact;

@@ -13,6 +13,7 @@
 #include "capture/color/neutral_area.h"
 #include "capture/image/picture_writer.h"
 #include "capture/session/silver_choice.h"
+#include "capture/session/unit_profile.h"
 #include "core/color/element_color.h"
 #include "core/line/line_source.h"
 #include "core/reconstruct/reconstruct.h"
@@ -27,6 +28,7 @@ struct DevelopOptions {
   std::optional<NeutralArea> neutral;
   SilverChoice silver;
   double white_level = 1.0, black_level = 0.0;
+  UsedProfile profile;            // of the unit
   std::optional<double> blur_px;  // of the silver picture, instead of what is measured
   Quality quality = Quality::kStandard;
   FrameChoice frame;

@@ -158,8 +158,23 @@ ordered_json report_to_json(const Receipt& receipt) {
     put_number(channel, "sigma_least_px", report.sharpness.sigma_range_px[i][0]);
     put_number(channel, "sigma_most_px", report.sharpness.sigma_range_px[i][1]);
     channel["field_degree"] = report.sharpness.field_degree[i];
+    if (const auto& unit = report.sharpness.of_unit[i]) {
+      channel["of_unit"] = {{"sigma_px", unit->sigma_px},
+                            {"sigma_sd_px", unit->sd_px},
+                            {"far_share", unit->far_share}};
+    }
     sharpness[kChannelNames[i]] = channel;
   }
+  if (std::isfinite(report.sharpness.in_focus_px))
+    sharpness["in_focus_px"] = report.sharpness.in_focus_px;
+  const UsedProfile& profile = receipt.settings.profile;
+  if (!profile.path.empty()) {
+    sharpness["profile"] = {{"path", profile.path.string()},
+                            {"measured_at_utc", profile.measured_at_utc}};
+  }
+  if (!profile.notes.empty()) sharpness["profile_notes"] = profile.notes;
+  put_number(sharpness, "stretch", report.sharpness.stretch);
+  put_number(sharpness, "stretch_sd", report.sharpness.stretch_sd);
   ordered_json object = {{"silver_from", report.from_infrared ? "infrared" : "rgb"},
                          {"silver_from_rgb", silver_to_json(receipt)},
                          {"sharpness", sharpness}};

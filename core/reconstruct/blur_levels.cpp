@@ -25,12 +25,10 @@ BlurLevels::BlurLevels(const ScreenPattern& pattern, const BlurLevelSettings& se
   levels_.reserve(static_cast<std::size_t>(n));
   for (int i = 0; i < n; ++i) {
     const double sigma = settings.least_sigma_px * std::exp(n > 1 ? span * i / (n - 1) : 0.0);
-    BlurredCell cell(pattern, settings.screen_from_scan, sigma);
-    const EstimatorSettings estimator{settings.screen_from_scan,
-                                      sigma,
-                                      settings.noise_sd,
-                                      ElementKernels::kRadius,
-                                      settings.line_alternation_sd,
+    BlurredCell cell(pattern, settings.screen_from_scan, sigma, settings.shape);
+    const EstimatorSettings estimator{settings.screen_from_scan, sigma,
+                                      settings.shape.stretch,    settings.noise_sd,
+                                      ElementKernels::kRadius,   settings.line_alternation_sd,
                                       settings.line_color};
     ElementKernels elements(cell, estimator, sites_);
     std::optional<DetailKernels> detail;

@@ -22,6 +22,7 @@ struct BlurLevelSettings {
   Mat2 screen_from_scan;  // [periods/px]
   double noise_sd = 0;    // of a pixel's silver over the light there
   double least_sigma_px = 0, most_sigma_px = 0;
+  BlurShape shape;
   double ratio = 1.08;  // between neighbouring levels at most
   bool detail = false;
   Vec2 detail_offset_px;

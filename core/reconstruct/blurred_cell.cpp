@@ -12,7 +12,7 @@ using Complex = std::complex<double>;
 }  // namespace
 
 BlurredCell::BlurredCell(const ScreenPattern& pattern, const Mat2& screen_from_scan,
-                         double sigma_px) {
+                         double sigma_px, const BlurShape& shape) {
   constexpr double kPi = std::numbers::pi;
   const Vec2 f_u{screen_from_scan.a, screen_from_scan.b},
       f_v{screen_from_scan.c, screen_from_scan.d};
@@ -35,8 +35,8 @@ BlurredCell::BlurredCell(const ScreenPattern& pattern, const Mat2& screen_from_s
       bool any = false;
       for (int h = -kHarmonics; h <= kHarmonics; ++h) {
         const Vec2 f = static_cast<double>(h) * f_u + static_cast<double>(k) * f_v;
-        const double transfer = std::exp(-2 * kPi * kPi * sigma_px * sigma_px * dot(f, f));
-        if (transfer < kLeastTransfer) continue;
+        const double transfer = shape.transfer(f, sigma_px);
+        if (std::abs(transfer) < kLeastTransfer) continue;
         any = true;
         const Complex c = (k == 0 ? 1.0 : 2.0) * transfer * pattern.fourier(color, h, k);
         for (std::size_t i = 0; i < kSize; ++i) row[i] += c * turned(h, i);

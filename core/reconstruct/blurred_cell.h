@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/geometry/vec2.h"
+#include "core/screen/blur_shape.h"
 #include "core/screen/screen_pattern.h"
 
 namespace reseau {
@@ -14,9 +15,10 @@ namespace reseau {
 // Immutable, thread-safe.
 class BlurredCell {
  public:
-  // sigma_px: Gaussian-equivalent blur, pixel aperture included; screen_from_scan: the linear part
+  // sigma_px: blur, pixel aperture included, of that shape; screen_from_scan: the linear part
   // of the map [periods/px].
-  BlurredCell(const ScreenPattern& pattern, const Mat2& screen_from_scan, double sigma_px);
+  BlurredCell(const ScreenPattern& pattern, const Mat2& screen_from_scan, double sigma_px,
+              const BlurShape& shape = {});
 
   // Bilinear in a table of 128 x 128.
   [[nodiscard]] std::array<float, 3> shares(float u, float v) const {

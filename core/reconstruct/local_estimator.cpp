@@ -71,8 +71,8 @@ std::vector<double> LocalEstimator::weights(Vec2 middle,
       // The centroid of the light of a colour under a Gaussian: variance times the gradient of the
       // logarithm of its share.
       const double scale = variance / (2 * kStepPx) / std::max(pixel.share[c], kLeastShare);
-      Vec2 shift{scale * static_cast<double>(right[c] - left[c]),
-                 scale * static_cast<double>(below[c] - above[c])};
+      Vec2 shift{scale * (1 + settings_.stretch) * static_cast<double>(right[c] - left[c]),
+                 scale * (1 - settings_.stretch) * static_cast<double>(below[c] - above[c])};
       const double most = 2 * settings_.sigma_px, length = norm(shift);
       if (length > most) shift = (most / length) * shift;
       pixel.from_px[c] = p + shift;

@@ -17,6 +17,7 @@ namespace reseau {
 struct EstimatorSettings {
   Mat2 screen_from_scan;  // linear part [periods/px]
   double sigma_px = 0;    // blur, pixel aperture included; that of the cell
+  double stretch = 0;     // of that blur, as BlurShape
   double noise_sd = 0;    // of a pixel's silver over the light there
   int radius_px = 6;      // of the square of pixels that is looked at
   // Of light that alternates along the line (red in a Dufaycolor), more beside one kind of square

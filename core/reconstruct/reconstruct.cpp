@@ -171,8 +171,8 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   auto start = Clock::now();
   Sharpness sharpness;
   with_threads(options.n_threads, [&] {
-    sharpness =
-        measure_sharpness(source, registration, options.tone, options.black_level, light, stop);
+    sharpness = measure_sharpness(source, registration, options.tone, options.unit,
+                                  options.black_level, light, stop);
   });
   report.sharpness = sharpness.report;
   report.seconds_sharpness = seconds_since(start);
@@ -201,6 +201,9 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
     report.skipped.emplace_back(
         "table of simulated screens: the blur changes by less than 0.02 px over the frame");
   }
+  BlurShape shape = sharpness.shape;
+  const std::array<double, 4>& far = sharpness.far_share;
+  shape.far_share = infrared ? far[3] : (far[0] + far[1] + far[2]) / 3;
   const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
                     registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
   const ScreenPattern pattern =
@@ -212,8 +215,8 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   with_threads(options.n_threads, [&] {
     levels.emplace(pattern, BlurLevelSettings{
                                 linear, std::clamp(sharpness.noise_ratio, kLeastNoise, kMostNoise),
-                                range[0], range[1], 1.15, options.quality == Quality::kBest, shift,
-                                sharpness.line_alternation > kLeastAlternation ? 1.0 : 0.0,
+                                range[0], range[1], shape, 1.15, options.quality == Quality::kBest,
+                                shift, sharpness.line_alternation > kLeastAlternation ? 1.0 : 0.0,
                                 sharpness.printed.colors[0]});
   });
   report_conditioning(levels->levels().back(), report);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -16,6 +17,7 @@
 #include "core/reconstruct/row_sink.h"
 #include "core/reconstruct/silver_from_rgb.h"
 #include "core/reconstruct/tone_curve.h"
+#include "core/reconstruct/unit_sharpness.h"
 #include "core/screen/map_uncertainty.h"
 #include "core/screen/screen_map.h"
 #include "core/screen/screen_pattern.h"
@@ -88,6 +90,9 @@ struct ReconstructOptions {
   double black_level = 0.0;  // and without light; intensity 0 there
   // Blur of the silver picture [px, standard deviation] to undo; absent: what this scan shows.
   std::optional<double> blur_px;
+  // What calibration says of the unit: decides where the scan shows too little of its sharpness,
+  // and tells the light that goes far, which no scan shows.
+  UnitSharpness unit;
   // How silver is made where there is no infrared; absent: by the elements of this very scan.
   std::optional<SilverWeights> silver_from_rgb;
   int n_threads = 0;
@@ -103,7 +108,14 @@ struct SharpnessReport {
   // everywhere).
   std::array<std::array<double, 2>, 4> sigma_range_px{};
   std::array<int, 4> field_degree{};
-  std::array<std::string, 4> origin;  // "measured", "pooled", "default", "absent"
+  // "measured", "pooled", "profile" (of the unit), "default", "absent"
+  std::array<std::string, 4> origin;
+  // Width in focus beyond which the blur is a disc of defocus; infinite where it is Gaussian. How
+  // much wider along x than along y, -1..1, as BlurShape, and its standard deviation.
+  double in_focus_px = std::numeric_limits<double>::infinity();
+  double stretch = 0, stretch_sd = 0;
+  // What the profile says for this réseau, where it does.
+  std::array<std::optional<UnitBlur>, 4> of_unit;
   // Printed widths as found in this film, of a screen of lines and squares (red lines and green
   // squares in a Dufaycolor).
   std::optional<ScreenWidths> widths;

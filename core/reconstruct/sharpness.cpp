@@ -12,6 +12,7 @@
 #include "core/reconstruct/blank_blocks.h"
 #include "core/reconstruct/clear_elements.h"
 #include "core/reconstruct/sharpness_fit.h"
+#include "core/reconstruct/tile_blur.h"
 #include "core/screen/element_model.h"
 #include "core/screen/lattice_search.h"
 #include "core/screen/linear_rows.h"
@@ -23,15 +24,16 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kDefaultSigmaPx = 0.7;
+// A film is not always as well in focus as the target was.
+constexpr double kFocusSdPx = 0.15;
+// Discs of defocus are a lens's, and a lens loses light to diffraction besides, which no scan
+// shows: at f/4 to f/9 and 4000 dpi some 4 to 10 % goes farther than a period.
+constexpr double kLensFarShare = 0.05;
 constexpr double kMeasuredSdPx = 0.1;  // surer than this, or it is not called measured
 constexpr int kTilesAcross = 14;
 
 struct TilePlace {
   int x, y;
-};
-struct MeasuredTiles {
-  std::vector<ScreenTile> tiles;
-  std::vector<Vec2> middles;  // [px]
 };
 
 std::vector<TilePlace> tile_places(int width, int height, int size) {
@@ -78,7 +80,6 @@ MeasuredTiles measure_tiles(const LineSource& source, const Registration& regist
   return {std::move(tiles), std::move(middles)};
 }
 
-using Amplitudes = ElementModel::Amplitudes;
 using Columns = ElementModel::Columns;
 
 // Light of each element in one channel of a tile (intensity x response), by least squares.
@@ -90,10 +91,13 @@ Eigen::Vector3d element_light(const ScreenTile& tile, std::size_t channel, const
 // the silver; without, the direction of each element's light is known and its size is not, so the
 // brightest tiles count as clear.
 Response fit_response(const std::vector<ScreenTile>& tiles, const ElementModel& model,
+                      BlurShape shape, const std::array<double, 4>& far_share,
                       const std::array<double, 4>& sigma_px, bool infrared) {
   std::array<Columns, 4> columns;
-  for (std::size_t c = 0; c < 4; ++c)
-    columns[c] = model.columns(sigma_px[c] > 0 ? sigma_px[c] : kDefaultSigmaPx);
+  for (std::size_t c = 0; c < 4; ++c) {
+    shape.far_share = far_share[c];
+    columns[c] = model.columns(sigma_px[c] > 0 ? sigma_px[c] : kDefaultSigmaPx, shape);
+  }
   std::array<Eigen::Vector3d, 3> sum_xt;   // per element: sum of light (R, G, B) times silver
   std::array<Eigen::Matrix3d, 3> scatter;  // per element: sum of light light^T
   std::array<double, 3> sum_tt{};
@@ -174,103 +178,6 @@ Vec2 infrared_shift(const std::vector<ScreenTile>& tiles, const std::array<doubl
   return norm(shift) < 1 ? shift : Vec2{};
 }
 
-// The blur of one channel in one tile alone; sd 0 when the tile does not tell.
-BlurSample tile_blur(const ScreenTile& tile, std::size_t channel, const ElementModel& model,
-                     double about_px) {
-  const Amplitudes even = weighted_amplitudes(tile.amplitude[channel]),
-                   odd = weighted_amplitudes(tile.odd[channel]);
-  // What is not the pattern's shows in the odd amplitudes, and looks the same in the even ones.
-  const double variance = odd.tail<kTileAmplitudes - 1>().squaredNorm() / (kTileAmplitudes - 1) +
-                          tile.variance[channel] / tile.n_effective + 1e-12;
-  const auto cost = [&](double sigma) {
-    const Columns columns = model.columns(sigma);
-    const Amplitudes rest = even - columns * columns.householderQr().solve(even);
-    return rest.squaredNorm() / variance;
-  };
-  double low = std::max(kLeastSigmaPx, about_px / 2.5),
-         high = std::min(kMostSigmaPx, about_px * 2.5);
-  constexpr int kSteps = 12;
-  double best = 1e300, at = about_px;
-  const double step = std::log(high / low) / kSteps;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double sigma = low * std::exp(i * step), value = cost(sigma);
-    if (value < best) {
-      best = value;
-      at = sigma;
-    }
-  }
-  low = at * std::exp(-step);
-  high = at * std::exp(step);
-  constexpr double kGolden = 0.6180339887498949;
-  for (int i = 0; i < 14; ++i) {
-    const double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-    (cost(a) < cost(b) ? high : low) = cost(a) < cost(b) ? b : a;
-  }
-  at = 0.5 * (low + high);
-  constexpr double kStep = 0.02;
-  const double curvature = (cost(at + kStep) - 2 * cost(at) + cost(at - kStep)) / (kStep * kStep);
-  BlurSample sample;
-  if (!(curvature > 0)) return sample;
-  // A model that does not fit is to be trusted less.
-  const double misfit = std::max(1.0, cost(at) / (kTileAmplitudes - 4));
-  const double sd = std::sqrt(2 * misfit / curvature);
-  if (!(sd < 0.2 * about_px)) return sample;
-  sample.variance_px2 = at * at;
-  // Steps of the search bound what a perfect tile can tell.
-  sample.sd = 2 * at * std::hypot(sd, 0.001);
-  return sample;
-}
-
-// Blur by place. The widths are those of the whole picture.
-void fit_field(const MeasuredTiles& measured, const ElementModel& model, std::size_t n_channels,
-               Vec2 frame_px, Sharpness& result) {
-  SharpnessReport& report = result.report;
-  std::array<std::vector<BlurSample>, 4> samples;
-  const auto n = measured.tiles.size();
-  std::vector<std::array<BlurSample, 4>> found(n);
-  parallel_for(static_cast<int>(n), [&](int i) {
-    const auto t = static_cast<std::size_t>(i);
-    if (!measured.tiles[t].used) return;
-    for (std::size_t c = 0; c < n_channels; ++c) {
-      found[t][c] = tile_blur(measured.tiles[t], c, model, report.sigma_px[c]);
-      found[t][c].at_px = measured.middles[t];
-    }
-  });
-  for (const auto& tile : found) {
-    for (std::size_t c = 0; c < n_channels; ++c) {
-      if (tile[c].sd > 0) samples[c].push_back(tile[c]);
-    }
-  }
-  for (std::size_t c = 0; c < n_channels; ++c) {
-    BlurSurface& surface = result.field[c];
-    surface = BlurSurface(report.sigma_px[c]);
-    if (c < 3 && samples[c].size() >= 6) {
-      const BlurSurface own =
-          fit_blur_surface(samples[c], frame_px, BlurSurface::kMostDegree, nullptr);
-      // A constant is known better from all amplitudes together.
-      if (own.degree() > 0) surface = own;
-    }
-  }
-  if (n_channels == 4) {
-    const BlurSurface rgb =
-        BlurSurface::mixed(BlurSurface::mixed(result.field[0], 1.0 / 3, result.field[1], 1.0 / 3),
-                           1, result.field[2], 1.0 / 3);
-    if (rgb.degree() > 0) {
-      // Infrared that shows too little by place has the shape of RGB, and its own size.
-      double of_rgb = 0;
-      for (std::size_t c = 0; c < 3; ++c) of_rgb += report.sigma_px[c] * report.sigma_px[c] / 3;
-      const double scale = report.sigma_px[3] * report.sigma_px[3] / of_rgb;
-      result.field[3] = samples[3].size() >= 6
-                            ? fit_blur_surface(samples[3], frame_px, 2, &rgb)
-                            : BlurSurface::mixed(rgb, scale, BlurSurface(report.sigma_px[3]), 0);
-    }
-  }
-  for (std::size_t c = 0; c < n_channels; ++c) {
-    report.sigma_range_px[c] = result.field[c].range_px();
-    report.field_degree[c] = result.field[c].degree();
-  }
-}
-
 // Noise and grain of a pixel's silver over the light there, in the calmest places.
 double calmest_noise(const std::vector<ScreenTile>& tiles) {
   std::vector<double> ratio;
@@ -303,18 +210,17 @@ double noise_of_dark(const std::vector<ScreenTile>& tiles, double black_level, d
 // error.
 double line_alternation(const std::vector<ScreenTile>& tiles, const ElementModel& model,
                         const Mat2& linear, const ScreenPattern& pattern, int line_color,
-                        double sigma_px) {
+                        const BlurShape& shape, double sigma_px) {
   using Modes = Eigen::Matrix<double, kTileAmplitudes, 4>;
   Modes modes;
-  modes.leftCols<3>() = model.columns(sigma_px);
+  modes.leftCols<3>() = model.columns(sigma_px, shape);
   modes(0, 3) =
       0.5 * (pattern.fourier(line_color, -1, 0) + pattern.fourier(line_color, 1, 0)).real();
   const Mat2 t = linear.transposed();
   for (int i = 1; i < kTileAmplitudes; ++i) {
     const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
     const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
-    const double otf =
-        std::exp(-2 * std::numbers::pi * std::numbers::pi * sigma_px * sigma_px * dot(f, f));
+    const double otf = shape.transfer(f, sigma_px);
     modes(i, 3) =
         std::numbers::sqrt2 * otf * 0.5 *
         (pattern.fourier(line_color, h.u - 1, h.v) + pattern.fourier(line_color, h.u + 1, h.v))
@@ -337,11 +243,68 @@ double line_alternation(const std::vector<ScreenTile>& tiles, const ElementModel
   return std::sqrt(std::max(mean * mean - 4 * spread * squared_weights / (weights * weights), 0.0));
 }
 
+struct FoundBlur {
+  SharpnessFit fit;
+  BlurField field;
+};
+
+// A frame whose blur is alike to this everywhere is fitted as one.
+constexpr double kSteadyPx = 0.03;
+// Fewer units of chi-squared per tile and channel do not make a Gaussian a disc.
+constexpr double kDiscGain = 0.5;
+
+// Widths, blurs and how they change; the fit is repeated under what it found where the blur is not
+// the same everywhere, because a mean of blurs is not a blur.
+FoundBlur find_blur(const MeasuredTiles& measured, SharpnessTask task, Vec2 frame_px) {
+  FoundBlur found{fit_sharpness(task, measured.tiles), {}};
+  const auto field_under = [&](const BlurShape& shape) {
+    const ElementModel model(task.linear, found.fit.printed.pattern(found.fit.widths));
+    return fit_blur_field(measured, BlurTable(model, shape), found.fit.sigma, task.n_channels,
+                          frame_px);
+  };
+  found.field = field_under(found.fit.shape);
+  double least = 1e30, most = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::array<double, 2> range = found.field.surface[c].range_px();
+    least = std::min(least, range[0]);
+    most = std::max(most, range[1]);
+  }
+  if (most - least < kSteadyPx) return found;
+  const auto n_used =
+      static_cast<double>(std::count_if(measured.tiles.begin(), measured.tiles.end(),
+                                        [](const ScreenTile& tile) { return tile.used; }));
+  for (int round = 0; round < 2; ++round) {
+    double best = found.field.misfit - (round == 0 ? 3 * kDiscGain * n_used : 0);
+    BlurShape shape = found.fit.shape;
+    for (double in_focus_px = kLeastSigmaPx; in_focus_px < most; in_focus_px *= 1.15) {
+      BlurShape trial = found.fit.shape;
+      trial.in_focus_px = in_focus_px;
+      BlurField field = field_under(trial);
+
+      if (field.misfit < best) {
+        best = field.misfit;
+        shape = trial;
+        found.field = std::move(field);
+      }
+    }
+    task.printed = found.fit.printed;
+    task.shape = shape;
+    std::array<BlurSurface, 4> surface = found.field.surface;
+    const std::array<double, 4> about = found.fit.sigma;
+    task.relative_blur = [&](std::size_t tile, std::size_t channel) {
+      return surface[channel].sigma_px(measured.middles[tile]) / about[channel];
+    };
+    found.fit = fit_sharpness(task, measured.tiles);
+    found.field = field_under(found.fit.shape);
+  }
+  return found;
+}
+
 }  // namespace
 
 Sharpness measure_sharpness(const LineSource& source, const Registration& registration,
-                            const ToneCurves& tone, double black_level, double light,
-                            const std::stop_token& stop) {
+                            const ToneCurves& tone, const UnitSharpness& unit, double black_level,
+                            double light, const std::stop_token& stop) {
   Sharpness result;
   const bool infrared = source.format().plane_of(Channel::kInfrared) >= 0;
   const std::size_t n_channels = infrared ? 4 : 3;
@@ -357,7 +320,24 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
     result.field[c] = BlurSurface(kDefaultSigmaPx);
     result.report.sigma_range_px[c] = {kDefaultSigmaPx, kDefaultSigmaPx};
   }
-  result.printed = printed_screen(registration.screen);
+  const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
+                    registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
+  SharpnessTask task;
+  task.linear = linear;
+  task.n_channels = n_channels;
+  for (std::size_t c = 0; c < n_channels; ++c) {
+    const auto of_unit = result.report.of_unit[c] = unit_blur(unit.transfer[c], linear);
+    if (!of_unit) continue;
+    result.far_share[c] = of_unit->far_share;
+    result.field[c] = BlurSurface(of_unit->sigma_px);
+    result.report.origin[c] = "profile";
+    result.report.sigma_px[c] = of_unit->sigma_px;
+    result.report.sigma_sd_px[c] = task.prior.sd_px[c] = std::hypot(of_unit->sd_px, kFocusSdPx);
+    result.report.sigma_range_px[c] = {of_unit->sigma_px, of_unit->sigma_px};
+    task.prior.sigma_px[c] = of_unit->sigma_px;
+    if (c == 3) task.prior.infrared = true;
+  }
+  result.printed = task.printed = printed_screen(registration.screen);
   if (result.printed.lines) result.report.widths = result.printed.usual;
 
   const MeasuredTiles measured = measure_tiles(source, registration, tone, stop);
@@ -367,9 +347,10 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   if (std::none_of(tiles.begin(), tiles.end(), [](const ScreenTile& t) { return t.used; }))
     return result;
   result.noise_ratio = calmest_noise(tiles);
-  const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
-                    registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
-  const SharpnessFit fit = fit_sharpness(result.printed, linear, tiles, n_channels);
+  const Vec2 frame_px{static_cast<double>(source.format().width_px),
+                      static_cast<double>(source.committed())};
+  FoundBlur found = find_blur(measured, task, frame_px);
+  const SharpnessFit& fit = found.fit;
   const PrintedScreen& printed = result.printed = fit.printed;
   double pooled = 0, pooled_weight = 0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -379,24 +360,38 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   pooled /= pooled_weight;
   for (std::size_t c = 0; c < n_channels; ++c) {
     const bool own = fit.sd[c] < kMeasuredSdPx;
-    const bool others = 1 / std::sqrt(pooled_weight) < kMeasuredSdPx;
+    // What calibration says of the channel is worth more than what its neighbours show.
+    const bool others = !result.report.of_unit[c] && 1 / std::sqrt(pooled_weight) < kMeasuredSdPx;
     if (!own && !others) continue;
     result.report.origin[c] = own ? "measured" : "pooled";
     result.report.sigma_px[c] = own ? fit.sigma[c] : (c == 3 ? kInfraredSofter : 1.0) * pooled;
     result.report.sigma_sd_px[c] = fit.sd[c];
   }
+  result.shape = fit.shape;
+  if (std::isfinite(fit.shape.in_focus_px)) {
+    for (std::size_t c = 0; c < n_channels; ++c) {
+      if (!result.report.of_unit[c]) result.far_share[c] = kLensFarShare;
+    }
+  }
+  result.report.in_focus_px = fit.shape.in_focus_px;
+  result.report.stretch = fit.shape.stretch;
+  result.report.stretch_sd = fit.stretch_sd;
   if (printed.lines) result.report.widths = fit.widths;
   const ScreenPattern pattern = printed.pattern(fit.widths);
   const ElementModel model(linear, pattern);
-  fit_field(
-      measured, model, n_channels,
-      {static_cast<double>(source.format().width_px), static_cast<double>(source.committed())},
-      result);
+  for (std::size_t c = 0; c < n_channels; ++c) {
+    // A constant of another origin stays.
+    result.field[c] = found.field.surface[c].degree() > 0 ? found.field.surface[c]
+                                                          : BlurSurface(result.report.sigma_px[c]);
+    result.report.sigma_range_px[c] = result.field[c].range_px();
+    result.report.field_degree[c] = result.field[c].degree();
+  }
   if (printed.lines) {
     result.line_alternation = line_alternation(tiles, model, linear, pattern, printed.colors[0],
-                                               result.report.sigma_px[infrared ? 3 : 1]);
+                                               fit.shape, result.report.sigma_px[infrared ? 3 : 1]);
   }
-  result.response = fit_response(tiles, model, result.report.sigma_px, infrared);
+  result.response =
+      fit_response(tiles, model, fit.shape, result.far_share, result.report.sigma_px, infrared);
   if (!infrared) {
     scale_to_clear(source, registration, tone, pattern, stop, result.response);
   }

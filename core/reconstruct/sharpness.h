@@ -9,6 +9,7 @@
 #include "core/line/line_source.h"
 #include "core/reconstruct/reconstruct.h"
 #include "core/reconstruct/sharpness_field.h"
+#include "core/screen/blur_shape.h"
 
 namespace reseau {
 
@@ -18,6 +19,8 @@ struct Sharpness {
   // Refined with the measured blur; per unit silver, [element][channel].
   std::array<std::array<double, 3>, 3> response{};
   std::array<double, 3> silver_from_rgb{};
+  BlurShape shape;                    // of all blurs, but for light that goes far
+  std::array<double, 4> far_share{};  // R G B IR
   // How the blur changes over the frame, R G B IR.
   std::array<BlurSurface, 4> field;
   // Of a pixel's silver, over the silver there: noise, grain and what no réseau explains, in the
@@ -38,10 +41,12 @@ struct Sharpness {
 // px, infrared a little softer, the widths of the micrograph) decide only what the data leave open;
 // the report says which channel was measured, pooled or left at the default. A blur that changes
 // over the frame is followed tile by tile; where a tile is too dark or too busy its neighbours
-// decide, and where infrared shows too little of the réseau, what it differs from RGB elsewhere.
+// decide, and where infrared shows too little of the réseau, what it differs from RGB elsewhere. A
+// profile of the unit takes the place of the default, and tells what light goes far; without one,
+// 5 % where the blur is a lens's defocus, else none.
 [[nodiscard]] Sharpness measure_sharpness(const LineSource& source,
                                           const Registration& registration, const ToneCurves& tone,
-                                          double black_level, double light,
-                                          const std::stop_token& stop);
+                                          const UnitSharpness& unit, double black_level,
+                                          double light, const std::stop_token& stop);
 
 }  // namespace reseau

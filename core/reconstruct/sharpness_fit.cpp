@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <utility>
 
 #include <Eigen/Dense>
+
+#include "core/screen/element_model.h"
 
 namespace reseau {
 namespace {
@@ -12,6 +16,15 @@ namespace {
 // The printed widths are not exactly those of the pattern: amplitudes are believed to this much of
 // the mean, however little noise there is.
 constexpr double kModelError = 0.015;
+
+using Amplitudes = ElementModel::Amplitudes;
+using Scatter = Eigen::Matrix<double, kTileAmplitudes, kTileAmplitudes>;
+
+double square(double x) { return x * x; }
+
+double left_over(const BlurTable::Left& left, const Scatter& scatter) {
+  return (left.transpose() * scatter * left).trace();
+}
 
 }  // namespace
 
@@ -23,60 +36,73 @@ double tile_weight(const ScreenTile& tile, std::size_t channel) {
 
 namespace {
 
-using Amplitudes = ElementModel::Amplitudes;
-using Scatter = Eigen::Matrix<double, kTileAmplitudes, kTileAmplitudes>;
-using Columns = ElementModel::Columns;
+// Tiles whose blur is the same multiple of their channel's: the sum of y y^T / variance, less what
+// the odd amplitudes say of noise and detail. All that a fit needs, because what the best three
+// intensities of every tile leave is the trace of the residual projector with it.
+struct Group {
+  int step = 0;  // in the table of blurs, from the channel's own
+  Scatter scatter = Scatter::Zero();
+};
 
-// Sum over tiles of y y^T / variance, less what the odd amplitudes say of noise and detail: all
-// that a fit needs, because what the best three intensities of every tile leave is the trace of the
-// residual projector with it.
-Scatter channel_scatter(const std::vector<ScreenTile>& tiles, std::size_t channel) {
-  Scatter sum = Scatter::Zero();
-  for (const ScreenTile& tile : tiles) {
+std::vector<Group> channel_groups(const SharpnessTask& task, const std::vector<ScreenTile>& tiles,
+                                  std::size_t channel) {
+  std::map<int, Group> groups;
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    const ScreenTile& tile = tiles[t];
     if (!tile.used) continue;
+    const double relative = task.relative_blur ? task.relative_blur(t, channel) : 1.0;
+    const int step =
+        static_cast<int>(std::lround(std::log(relative) / std::log(BlurTable::kRatio)));
+    Group& group = groups[step];
+    group.step = step;
     const Amplitudes even = weighted_amplitudes(tile.amplitude[channel]),
                      odd = weighted_amplitudes(tile.odd[channel]);
     const double weight = tile_weight(tile, channel);
-    sum += weight * (even * even.transpose());
-    for (int i = 1; i < kTileAmplitudes; ++i) sum(i, i) -= weight * odd(i) * odd(i);
+    group.scatter += weight * (even * even.transpose());
+    for (int i = 1; i < kTileAmplitudes; ++i) group.scatter(i, i) -= weight * odd(i) * odd(i);
   }
-  return sum;
+  std::vector<Group> out;
+  for (const auto& [step, group] : groups) out.push_back(group);
+  return out;
 }
 
 // Weak beliefs, in standard deviations.
-constexpr double kSigmaPriorPx = 0.7, kSigmaPriorSd = 0.5;
 constexpr double kInfraredPriorSd = 0.15;
 constexpr double kWidthPriorSd = 0.04, kMostWidthChange = 0.16;
+constexpr double kStretchPriorSd = 0.15, kMostStretch = 0.6;
 
-// Joint fit of the widths, shared, and a sigma per channel.
+// Joint fit of the widths and the stretch, shared, and a sigma per channel.
 class SharpnessProblem {
  public:
-  SharpnessProblem(const PrintedScreen& printed, const Mat2& linear,
-                   const std::vector<ScreenTile>& tiles, std::size_t n_channels)
-      : printed_(printed), linear_(linear), n_channels_(n_channels) {
-    for (std::size_t c = 0; c < n_channels; ++c) scatter_.push_back(channel_scatter(tiles, c));
+  SharpnessProblem(const SharpnessTask& task, const std::vector<ScreenTile>& tiles) : task_(task) {
+    for (std::size_t c = 0; c < task.n_channels; ++c)
+      groups_.push_back(channel_groups(task, tiles, c));
   }
 
   [[nodiscard]] SharpnessFit solve() const {
     SharpnessFit fit;
-    fit.printed = printed_;
-    fit.widths = printed_.usual;
-    double best = best_sigmas(fit.widths, fit.sigma);
-    // The widths by a pattern search; for each, every channel has its own best sigma.
-    for (double step = 0.04; printed_.lines && step > 0.001; step *= 0.5) {
+    fit.printed = task_.printed;
+    fit.shape = task_.shape;
+    fit.widths = task_.printed.usual;
+    double best = best_sigmas(fit.widths, fit.shape, fit.sigma);
+    // Widths and stretch by a pattern search; for each, every channel has its own best sigma.
+    for (double step = 0.04; step > 0.001; step *= 0.5) {
       for (bool moved = true; moved;) {
         moved = false;
-        for (const auto& [dr, dg] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
-          const ScreenWidths trial{fit.widths.line + dr * step, fit.widths.first + dg * step};
-          if (std::abs(trial.line - printed_.usual.line) > kMostWidthChange ||
-              std::abs(trial.first - printed_.usual.first) > kMostWidthChange) {
-            continue;
-          }
-          std::array<double, 4> sigma{};
-          const double value = best_sigmas(trial, sigma);
+        for (int direction = task_.printed.lines ? 0 : 4; direction < 6; ++direction) {
+          const double by = direction % 2 == 0 ? step : -step;
+          ScreenWidths widths = fit.widths;
+          BlurShape shape = fit.shape;
+          (direction < 2   ? widths.line
+           : direction < 4 ? widths.first
+                           : shape.stretch) += direction < 4 ? by : 2 * by;
+          if (!allowed(widths, shape)) continue;
+          std::array<double, 4> sigma = fit.sigma;
+          const double value = best_sigmas(widths, shape, sigma);
           if (value < best - 1e-9) {
             best = value;
-            fit.widths = trial;
+            fit.widths = widths;
+            fit.shape = shape;
             fit.sigma = sigma;
             moved = true;
           }
@@ -89,93 +115,91 @@ class SharpnessProblem {
   }
 
  private:
-  double channel_cost(const ElementModel& model, std::size_t c, double sigma) const {
-    const Eigen::HouseholderQR<Columns> qr(model.columns(sigma));
-    const Scatter q = qr.householderQ();
-    const auto rest = q.rightCols<kTileAmplitudes - 3>();
-    return (rest.transpose() * scatter_[c] * rest).trace();
+  [[nodiscard]] bool allowed(const ScreenWidths& widths, const BlurShape& shape) const {
+    return std::abs(widths.line - task_.printed.usual.line) <= kMostWidthChange &&
+           std::abs(widths.first - task_.printed.usual.first) <= kMostWidthChange &&
+           std::abs(shape.stretch) <= kMostStretch;
   }
 
-  static double square(double x) { return x * x; }
-
-  double prior(const ScreenWidths& widths, const std::array<double, 4>& sigma) const {
-    double sum = width_prior(widths);
-    for (std::size_t c = 0; c < 3; ++c) sum += square((sigma[c] - kSigmaPriorPx) / kSigmaPriorSd);
-    if (n_channels_ == 4) sum += infrared_prior(sigma);
-    return sum;
+  [[nodiscard]] double shared_prior(const ScreenWidths& widths, const BlurShape& shape) const {
+    return square((widths.line - task_.printed.usual.line) / kWidthPriorSd) +
+           square((widths.first - task_.printed.usual.first) / kWidthPriorSd) +
+           square(shape.stretch / kStretchPriorSd);
   }
-  [[nodiscard]] double width_prior(const ScreenWidths& widths) const {
-    return square((widths.line - printed_.usual.line) / kWidthPriorSd) +
-           square((widths.first - printed_.usual.first) / kWidthPriorSd);
-  }
-  static double infrared_prior(const std::array<double, 4>& sigma) {
-    return square((sigma[3] - kInfraredSofter * (sigma[0] + sigma[1] + sigma[2]) / 3) /
-                  kInfraredPriorSd);
+  [[nodiscard]] double sigma_prior(std::size_t c, const std::array<double, 4>& sigma) const {
+    if (c == 3 && !task_.prior.infrared) {
+      return square((sigma[3] - kInfraredSofter * (sigma[0] + sigma[1] + sigma[2]) / 3) /
+                    kInfraredPriorSd);
+    }
+    return square((sigma[c] - task_.prior.sigma_px[c]) / task_.prior.sd_px[c]);
   }
 
-  double best_sigmas(const ScreenWidths& widths, std::array<double, 4>& sigma) const {
-    const ElementModel model(linear_, printed_.pattern(widths));
-    double total = width_prior(widths);
-    for (std::size_t c = 0; c < n_channels_; ++c) {
-      total += minimise(
-          [&](double s) {
-            std::array<double, 4> trial = sigma;
-            trial[c] = s;
-            return channel_cost(model, c, s) +
-                   (c < 3 ? square((s - kSigmaPriorPx) / kSigmaPriorSd) : infrared_prior(trial));
-          },
-          sigma[c]);
+  double best_sigmas(const ScreenWidths& widths, const BlurShape& shape,
+                     std::array<double, 4>& sigma) const {
+    const BlurTable table(ElementModel(task_.linear, task_.printed.pattern(widths)), shape);
+    double total = shared_prior(widths, shape);
+    for (std::size_t c = 0; c < task_.n_channels; ++c) {
+      std::array<double, 4> trial = sigma;
+      const auto cost = [&](int index) {
+        double sum = 0;
+        for (const Group& group : groups_[c])
+          sum += left_over(table.left(std::clamp(index + group.step, 0, table.size() - 1)),
+                           group.scatter);
+        trial[c] = BlurTable::sigma_px(index);
+        return sum + sigma_prior(c, trial);
+      };
+      constexpr int kCoarse = 4;
+      int at = 0;
+      double best = 1e300;
+      for (int i = 0; i < table.size(); i += kCoarse) {
+        const double value = cost(i);
+        if (value < best) best = value, at = i;
+      }
+      for (int middle = at, i = std::max(0, middle - kCoarse + 1);
+           i < std::min(table.size(), middle + kCoarse); ++i) {
+        const double value = cost(i);
+        if (value < best) best = value, at = i;
+      }
+      double index = at;
+      if (at > 0 && at + 1 < table.size()) {
+        const double before = cost(at - 1), after = cost(at + 1),
+                     curvature = before - 2 * best + after;
+        if (curvature > 0) {
+          const double shift = 0.5 * (before - after) / curvature;
+          index += shift;
+          best -= 0.5 * curvature * shift * shift;
+        }
+      }
+      sigma[c] = BlurTable::sigma_px(index);
+      total += best;
     }
     return total;
   }
 
-  template <typename Cost>
-  static double minimise(const Cost& cost, double& at) {
-    double best = 1e300;
-    for (double s = kLeastSigmaPx; s <= kMostSigmaPx; s *= 1.1) {
-      const double value = cost(s);
-      if (value < best) {
-        best = value;
-        at = s;
-      }
-    }
-    double low = std::max(at / 1.1, kLeastSigmaPx), high = std::min(at * 1.1, kMostSigmaPx);
-    constexpr double kGolden = 0.6180339887498949;
-    double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-    double cost_a = cost(a), cost_b = cost(b);
-    for (int i = 0; i < 18; ++i) {
-      if (cost_a < cost_b) {
-        high = b;
-        b = a;
-        cost_b = cost_a;
-        a = high - kGolden * (high - low);
-        cost_a = cost(a);
-      } else {
-        low = a;
-        a = b;
-        cost_a = cost_b;
-        b = low + kGolden * (high - low);
-        cost_b = cost(b);
-      }
-    }
-    at = 0.5 * (low + high);
-    return cost(at);
-  }
-
   // Covariance from the curvature of chi-squared in all parameters together.
   void uncertainty(SharpnessFit& fit) const {
-    const int first = printed_.lines ? 2 : 0, n = static_cast<int>(n_channels_) + first;
+    const int first = task_.printed.lines ? 3 : 1, n = static_cast<int>(task_.n_channels) + first;
     const auto total = [&](const Eigen::VectorXd& x) {
-      const ScreenWidths widths = printed_.lines ? ScreenWidths{x(0), x(1)} : printed_.usual;
+      const ScreenWidths widths =
+          task_.printed.lines ? ScreenWidths{x(1), x(2)} : task_.printed.usual;
+      BlurShape shape = fit.shape;
+      shape.stretch = x(0);
       std::array<double, 4> sigma{};
       for (int i = first; i < n; ++i) sigma[static_cast<std::size_t>(i - first)] = x(i);
-      const ElementModel model(linear_, printed_.pattern(widths));
-      double sum = prior(widths, sigma);
-      for (std::size_t c = 0; c < n_channels_; ++c) sum += channel_cost(model, c, sigma[c]);
+      const ElementModel model(task_.linear, task_.printed.pattern(widths));
+      double sum = shared_prior(widths, shape);
+      for (std::size_t c = 0; c < task_.n_channels; ++c) {
+        sum += sigma_prior(c, sigma);
+        for (const Group& group : groups_[c]) {
+          const double here = sigma[c] * std::pow(BlurTable::kRatio, group.step);
+          sum += left_over(left_of(model.columns(here, shape)), group.scatter);
+        }
+      }
       return sum;
     };
     Eigen::VectorXd x(n);
-    if (printed_.lines) x(0) = fit.widths.line, x(1) = fit.widths.first;
+    x(0) = fit.shape.stretch;
+    if (task_.printed.lines) x(1) = fit.widths.line, x(2) = fit.widths.first;
     for (int i = first; i < n; ++i) x(i) = fit.sigma[static_cast<std::size_t>(i - first)];
     Eigen::MatrixXd hessian(n, n);
     constexpr double kStep = 0.01;
@@ -192,28 +216,28 @@ class SharpnessProblem {
       }
     }
     const Eigen::MatrixXd covariance = 2 * hessian.fullPivLu().inverse();
-    for (std::size_t c = 0; c < n_channels_; ++c) {
-      const double variance = covariance(static_cast<int>(c) + first, static_cast<int>(c) + first);
-      fit.sd[c] = variance > 0 && std::isfinite(variance) ? std::sqrt(variance) : kSigmaPriorSd;
-    }
+    const auto sd_of = [&](int i, double otherwise) {
+      const double variance = covariance(i, i);
+      return variance > 0 && std::isfinite(variance) ? std::sqrt(variance) : otherwise;
+    };
+    fit.stretch_sd = sd_of(0, kStretchPriorSd);
+    for (std::size_t c = 0; c < task_.n_channels; ++c)
+      fit.sd[c] = sd_of(static_cast<int>(c) + first, task_.prior.sd_px[c]);
   }
 
-  PrintedScreen printed_;
-  Mat2 linear_;
-  std::size_t n_channels_;
-  std::vector<Scatter> scatter_;
+  const SharpnessTask& task_;
+  std::vector<std::vector<Group>> groups_;  // of each channel
 };
 
 }  // namespace
 
-SharpnessFit fit_sharpness(const PrintedScreen& printed, const Mat2& linear,
-                           const std::vector<ScreenTile>& tiles, std::size_t n_channels) {
-  SharpnessFit fit = SharpnessProblem(printed, linear, tiles, n_channels).solve();
-  if (printed.lines) return fit;
+SharpnessFit fit_sharpness(const SharpnessTask& task, const std::vector<ScreenTile>& tiles) {
+  SharpnessFit fit = SharpnessProblem(task, tiles).solve();
+  if (task.printed.lines || task.relative_blur) return fit;
   // The name was a guess: squares and discs of one period differ in the higher harmonics only.
-  PrintedScreen other = printed;
-  other.discs = !printed.discs;
-  SharpnessFit better = SharpnessProblem(other, linear, tiles, n_channels).solve();
+  SharpnessTask other = task;
+  other.printed.discs = !task.printed.discs;
+  SharpnessFit better = SharpnessProblem(other, tiles).solve();
   return better.cost < fit.cost ? better : fit;
 }
 

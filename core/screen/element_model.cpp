@@ -1,6 +1,6 @@
 #include "core/screen/element_model.h"
 
-#include <cmath>
+#include <cstddef>
 #include <numbers>
 
 namespace reseau {
@@ -10,8 +10,8 @@ ElementModel::ElementModel(const Mat2& linear, const ScreenPattern& pattern) {
   for (int k = 0; k < 3; ++k) sharp_(0, k) = pattern.area(k);
   for (int i = 1; i < kTileAmplitudes; ++i) {
     const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
-    const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
-    square_(i) = dot(f, f);
+    frequency_[static_cast<std::size_t>(i)] =
+        t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
     for (int k = 0; k < 3; ++k)
       sharp_(i, k) = std::numbers::sqrt2 * pattern.fourier(k, h.u, h.v).real();
   }
@@ -23,8 +23,8 @@ ElementModel::ElementModel(const Mat2& linear, ScreenLayout layout) {
   for (int i = 0; i < kTileAmplitudes; ++i) {
     if (i > 0) {
       const HarmonicIndex h = kTileHarmonics[static_cast<std::size_t>(i - 1)];
-      const Vec2 f = t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
-      square_(i) = dot(f, f);
+      frequency_[static_cast<std::size_t>(i)] =
+          t * Vec2{static_cast<double>(h.u), static_cast<double>(h.v)};
     }
     for (int k = 0; k < 3; ++k) {
       sharp_(i, k) = (i > 0 ? std::numbers::sqrt2 : 1.0) *
@@ -33,9 +33,10 @@ ElementModel::ElementModel(const Mat2& linear, ScreenLayout layout) {
   }
 }
 
-ElementModel::Columns ElementModel::columns(double sigma_px) const {
-  const double k = -2 * std::numbers::pi * std::numbers::pi * sigma_px * sigma_px;
-  const Amplitudes otf = (k * square_).array().exp();
+ElementModel::Columns ElementModel::columns(double sigma_px, const BlurShape& shape) const {
+  Amplitudes otf;
+  for (int i = 0; i < kTileAmplitudes; ++i)
+    otf(i) = shape.transfer(frequency_[static_cast<std::size_t>(i)], sigma_px);
   return otf.asDiagonal() * sharp_;
 }
 

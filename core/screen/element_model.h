@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 
 #include "core/geometry/vec2.h"
+#include "core/screen/blur_shape.h"
 #include "core/screen/screen_layout.h"
 #include "core/screen/screen_pattern.h"
 #include "core/screen/screen_tile.h"
@@ -25,11 +26,11 @@ class ElementModel {
   // Of a family of screens: column k is site k of the layout.
   ElementModel(const Mat2& linear, ScreenLayout layout);
   // Column k: the amplitudes of element k under a blur of sigma_px.
-  [[nodiscard]] Columns columns(double sigma_px) const;
+  [[nodiscard]] Columns columns(double sigma_px, const BlurShape& shape = {}) const;
 
  private:
   Columns sharp_;
-  Amplitudes square_ = Amplitudes::Zero();  // |frequency|^2 [cy^2/px^2]
+  std::array<Vec2, kTileAmplitudes> frequency_{};  // [cycles/px]
 };
 
 [[nodiscard]] ElementModel::Amplitudes weighted_amplitudes(

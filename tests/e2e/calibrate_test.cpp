@@ -1,5 +1,7 @@
 // `reseau calibrate` on edges whose transfer function is known in closed form.
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
 #include <numbers>
 
 #include <gmock/gmock.h>
@@ -107,6 +109,63 @@ TEST(CalibrateE2e, SaysWhatIsWrongWithFileAndRegion) {
   const ProcessResult outside = reseau({"calibrate", dir / "edge.tif", "--roi", "80,0,50,50"});
   EXPECT_EQ(outside.exit_code, 64);
   EXPECT_THAT(outside.err, HasSubstr("90"));
+}
+
+// Mean colour error of a reconstruction against what the simulated film holds.
+double median_error(const TempDir& dir, const std::string& folder) {
+  const ProcessResult run =
+      reseau({"compare", dir / "truth.exr", dir / (folder + "/film.exr"), "--json"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  return json_lines(run.out).at(0).at("delta_e_2000").at("median").get<double>();
+}
+
+TEST(CalibrateE2e, AScanOfACalibratedUnitComesOutTruer) {
+  const TempDir dir;
+  ProcessOptions home;
+  home.environment = {"XDG_DATA_HOME=" + (dir / "data").string()};
+  // The same lens sees a razor and a film. Its diffraction fades colours, which no scan tells.
+  const std::vector<std::string> optics{"--set", "optics=coolscan", "--set", "noise=0.0005"};
+  std::vector<std::string> razor{"simulate",       "--film", "none",     "--scene", "edges",
+                                 "--width",        "500",    "--height", "500",     "-o",
+                                 dir / "razor.tif"};
+  razor.insert(razor.end(), optics.begin(), optics.end());
+  ASSERT_EQ(reseau(razor).exit_code, 0);
+  std::vector<std::string> film{"simulate",       "--scene", "chart24", "--width",        "600",
+                                "--height",       "600",     "-o",      dir / "film.tif", "--truth",
+                                dir / "truth.exr"};
+  film.insert(film.end(), optics.begin(), optics.end());
+  ASSERT_EQ(reseau(film).exit_code, 0);
+  const auto reconstruct = [&](const std::string& folder, const std::string& profile) {
+    return reseau({"reconstruct", dir / "film.tif", "-o", dir / folder, "--space", "process",
+                   "--white", "0.9", "--no-view", "--profile", profile},
+                  home);
+  };
+  // The unit's name is that of the scan; a wrong one is refused, and nothing is written.
+  ASSERT_EQ(reseau({"calibrate", dir / "razor.tif", "--save", "--model", "simulated film"}, home)
+                .exit_code,
+            0);
+  const auto kept = only_file(dir / "data/reseau/calibrations/simulated_film-", ".json");
+  ASSERT_EQ(reconstruct("without", "none").exit_code, 0);
+  ASSERT_EQ(reconstruct("with", "auto").exit_code, 0);
+  ASSERT_EQ(reconstruct("given", kept.string()).exit_code, 0);
+  const double without = median_error(dir, "without"), with = median_error(dir, "with");
+  std::printf("median dE00 %.3f without, %.3f with the calibration\n", without, with);
+  EXPECT_LT(with, 0.7 * without);
+  EXPECT_EQ(file_bytes(dir / "with/film.exr"), file_bytes(dir / "given/film.exr"));
+  const auto receipt = nlohmann::json::parse(file_bytes(dir / "with/film.json"));
+  const auto& sharpness = receipt.at("reconstruction").at("sharpness");
+  EXPECT_EQ(sharpness.at("profile").at("path"), kept.string());
+  EXPECT_GT(sharpness.at("infrared").at("of_unit").at("far_share").get<double>(), 0.03);
+
+  std::string other = file_bytes(kept);
+  const std::string name = "\"simulated film\"";
+  other.replace(other.find(name), name.size(), "\"LS-50\"");
+  write_bytes(dir / "other.json", other);
+  const ProcessResult refused = reconstruct("other", dir / "other.json");
+  EXPECT_EQ(refused.exit_code, 65);
+  EXPECT_THAT(refused.err, HasSubstr("does not fit this scan"));
+  EXPECT_THAT(refused.err, HasSubstr("LS-50"));
+  EXPECT_FALSE(std::filesystem::exists(dir / "other"));
 }
 
 }  // namespace

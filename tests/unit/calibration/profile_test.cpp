@@ -36,6 +36,8 @@ Profile full_profile() {
   for (std::size_t c = 0; c < kProfileChannels; ++c) {
     profile.psf[c] = PsfWidth{any(random), any(random)};
     profile.offset_from_green_px[c] = Vec2{-any(random), any(random)};
+    for (int i = 0; i < 5; ++i)
+      profile.transfer[c].push_back({0.1 * i + 0.01 * any(random), any(random), any(random)});
     profile.noise[c] = NoiseModel{any(random) * 1e-12, any(random)};
     profile.dark_level[c] = any(random);
     for (int i = 0; i < 100; ++i) profile.flat_gain[c].push_back(any(random));
@@ -86,6 +88,10 @@ TEST(Profile, ValidationNamesTheField) {
               }),
               HasSubstr("'psf.infrared'"));
   EXPECT_THAT(broken([](Profile& p) { p.psf[0]->sd_px = -1; }), HasSubstr("'psf.red'"));
+  EXPECT_THAT(broken([&](Profile& p) { p.transfer[1][2].f_cy_per_px = 0; }),
+              HasSubstr("'transfer.green'"));
+  EXPECT_THAT(broken([&](Profile& p) { p.transfer[0][1].value = nan; }),
+              HasSubstr("'transfer.red'"));
   EXPECT_THAT(broken([&](Profile& p) { p.offset_from_green_px[2]->y = nan; }),
               HasSubstr("'offset_from_green_px.blue'"));
   EXPECT_THAT(broken([](Profile& p) { p.dark_level[1] = 1.5; }), HasSubstr("'dark_level.green'"));
