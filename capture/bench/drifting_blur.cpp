@@ -43,8 +43,8 @@ void blur_across(const LineFormat& format, double first_px, double last_px, doub
   }
   const std::vector<std::uint16_t> sharp(samples.begin(), samples.end());
   const auto at = [&](int x, int y, std::size_t plane) {
-    const auto column = static_cast<std::size_t>(std::clamp(x, 0, width - 1));
-    const auto row = static_cast<std::size_t>(std::clamp(y, 0, height - 1));
+    const auto column = static_cast<std::size_t>(std::clamp(x, 0, width - 1)),
+               row = static_cast<std::size_t>(std::clamp(y, 0, height - 1));
     return sharp[(row * planes + plane) * static_cast<std::size_t>(width) + column];
   };
   parallel_for(height, [&](int y) {
@@ -54,12 +54,12 @@ void blur_across(const LineFormat& format, double first_px, double last_px, doub
       for (int x = 0; x < width; ++x) {
         const std::vector<double>& k = kernels[static_cast<std::size_t>(x)];
         const int radius = static_cast<int>(k.size() / 2);
+        const double* const middle = k.data() + radius;
         double sum = 0;
         for (int j = -radius; j <= radius; ++j) {
           double row = 0;
-          for (int i = -radius; i <= radius; ++i)
-            row += k[static_cast<std::size_t>(i + radius)] * at(x + i, y + j, plane);
-          sum += k[static_cast<std::size_t>(j + radius)] * row;
+          for (int i = -radius; i <= radius; ++i) row += middle[i] * at(x + i, y + j, plane);
+          sum += middle[j] * row;
         }
         constexpr double kFullScale = 65535;
         sum += noise * kFullScale * normal(random);

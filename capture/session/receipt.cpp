@@ -158,6 +158,14 @@ ordered_json report_to_json(const Receipt& receipt) {
     put_number(channel, "sigma_least_px", report.sharpness.sigma_range_px[i][0]);
     put_number(channel, "sigma_most_px", report.sharpness.sigma_range_px[i][1]);
     channel["field_degree"] = report.sharpness.field_degree[i];
+    ordered_json field = ordered_json::array();
+    for (const BlurPlace& place : report.sharpness.field[i]) {
+      ordered_json at = {{"x_px", place.at_px.x}, {"y_px", place.at_px.y}};
+      put_number(at, "sigma_px", place.sigma_px);
+      if (place.sd_px > 0) put_number(at, "sigma_sd_px", place.sd_px);
+      field.push_back(at);
+    }
+    if (!field.empty()) channel["field"] = field;
     if (const auto& unit = report.sharpness.of_unit[i]) {
       channel["of_unit"] = {{"sigma_px", unit->sigma_px},
                             {"sigma_sd_px", unit->sd_px},

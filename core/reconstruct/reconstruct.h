@@ -99,6 +99,11 @@ struct ReconstructOptions {
   bool exact = false;  // no shortcut that changes a pixel
 };
 
+struct BlurPlace {
+  Vec2 at_px;
+  double sigma_px = 0, sd_px = 0;  // sd 0 = not known
+};
+
 struct SharpnessReport {
   // Gaussian-equivalent PSF, pixel aperture included, per channel R G B IR [px]; how each was
   // found.
@@ -108,6 +113,8 @@ struct SharpnessReport {
   // everywhere).
   std::array<std::array<double, 2>, 4> sigma_range_px{};
   std::array<int, 4> field_degree{};
+  // 5 x 5 places, row by row, of channels whose blur changes over the frame.
+  std::array<std::vector<BlurPlace>, 4> field;
   // "measured", "pooled", "profile" (of the unit), "default", "absent"
   std::array<std::string, 4> origin;
   // Width in focus beyond which the blur is a disc of defocus; infinite where it is Gaussian. How

@@ -243,6 +243,18 @@ double line_alternation(const std::vector<ScreenTile>& tiles, const ElementModel
   return std::sqrt(std::max(mean * mean - 4 * spread * squared_weights / (weights * weights), 0.0));
 }
 
+std::vector<BlurPlace> places_of(const BlurSurface& surface, Vec2 frame_px) {
+  constexpr int kPlaces = 5;
+  std::vector<BlurPlace> places;
+  for (int j = 0; j < kPlaces; ++j) {
+    for (int i = 0; i < kPlaces; ++i) {
+      const Vec2 p{(i + 0.5) / kPlaces * frame_px.x, (j + 0.5) / kPlaces * frame_px.y};
+      places.push_back({p, surface.sigma_px(p), surface.sd_px(p)});
+    }
+  }
+  return places;
+}
+
 struct FoundBlur {
   SharpnessFit fit;
   BlurField field;
@@ -385,6 +397,7 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
                                                           : BlurSurface(result.report.sigma_px[c]);
     result.report.sigma_range_px[c] = result.field[c].range_px();
     result.report.field_degree[c] = result.field[c].degree();
+    if (result.field[c].degree() > 0) result.report.field[c] = places_of(result.field[c], frame_px);
   }
   if (printed.lines) {
     result.line_alternation = line_alternation(tiles, model, linear, pattern, printed.colors[0],

@@ -23,7 +23,8 @@ Vec2 unit(Vec2 p, Vec2 frame_px) {
 
 struct SurfaceFit {
   Eigen::VectorXd coefficients;
-  double spread = 0;  // robust, of residuals over their claimed deviation
+  Eigen::MatrixXd covariance;  // as the samples claim it
+  double spread = 0;           // robust, of residuals over their claimed deviation
 };
 
 // Iterated least squares; samples of `left_out` do not count.
@@ -48,7 +49,9 @@ SurfaceFit fit_polynomial(const std::vector<BlurSample>& samples, const std::vec
     }
     // Enough to keep an undetermined term at zero.
     normal.diagonal().array() += 1e-6 * normal(0, 0) + 1e-30;
-    fit.coefficients = normal.ldlt().solve(right);
+    const auto solver = normal.ldlt();
+    fit.coefficients = solver.solve(right);
+    fit.covariance = solver.solve(Eigen::MatrixXd::Identity(n, n));
     std::vector<double> sizes;
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const Vec2 p = unit(samples[i].at_px, frame_px);
@@ -118,6 +121,19 @@ double BlurSurface::sigma_px(Vec2 p) const {
   double sum = 0;
   for (std::size_t i = 0; i < n; ++i) sum += coefficients_[i] * term[i];
   return std::clamp(std::sqrt(std::max(sum, kLeastVariancePx2)), least_, most_);
+}
+
+double BlurSurface::sd_px(Vec2 p) const {
+  const std::size_t n = coefficients_.size();
+  if (covariance_.size() != n * n) return 0;
+  const Vec2 q = unit(p, frame_px_);
+  std::array<double, 15> term{};
+  terms(std::clamp(q.x, -1.0, 1.0), std::clamp(q.y, -1.0, 1.0), degree(), term);
+  double variance = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) variance += term[i] * term[j] * covariance_[i * n + j];
+  }
+  return std::sqrt(std::max(variance, 0.0)) / (2 * sigma_px(p));
 }
 
 std::array<double, 2> BlurSurface::range_px() const {
@@ -192,7 +208,14 @@ BlurSurface fit_blur_surface(const std::vector<BlurSample>& samples, Vec2 frame_
     most = std::max(most, sigma);
   }
   constexpr double kBeyond = 1.05;
-  return {std::move(coefficients), frame_px, least / kBeyond, most * kBeyond};
+  std::vector<double> covariance;
+  // What the samples scatter by beyond their claims; a base's own uncertainty is not known.
+  if (base == nullptr || base->degree() == 0) {
+    const double scale = std::max(1.0, fit.spread * fit.spread);
+    for (const double value : fit.covariance.reshaped()) covariance.push_back(scale * value);
+  }
+  return {std::move(coefficients), std::move(covariance), frame_px, least / kBeyond,
+          most * kBeyond};
 }
 
 }  // namespace reseau

@@ -26,8 +26,16 @@ class BlurSurface {
         frame_px_(frame_px),
         least_(least_px),
         most_(most_px) {}
+  // The same, with the covariance of the coefficients, row by row.
+  BlurSurface(std::vector<double> coefficients, std::vector<double> covariance, Vec2 frame_px,
+              double least_px, double most_px)
+      : BlurSurface(std::move(coefficients), frame_px, least_px, most_px) {
+    covariance_ = std::move(covariance);
+  }
 
   [[nodiscard]] double sigma_px(Vec2 p) const;
+  // Standard deviation of sigma_px there; 0 where nothing is known of it (a constant, a mixture).
+  [[nodiscard]] double sd_px(Vec2 p) const;
   [[nodiscard]] int degree() const;
   // Least and most over the frame.
   [[nodiscard]] std::array<double, 2> range_px() const;
@@ -41,6 +49,7 @@ class BlurSurface {
 
  private:
   std::vector<double> coefficients_{0.49};
+  std::vector<double> covariance_;  // empty = not known
   Vec2 frame_px_{1, 1};
   double least_ = 0.7, most_ = 0.7;
 };

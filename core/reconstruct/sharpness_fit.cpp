@@ -62,6 +62,7 @@ std::vector<Group> channel_groups(const SharpnessTask& task, const std::vector<S
     for (int i = 1; i < kTileAmplitudes; ++i) group.scatter(i, i) -= weight * odd(i) * odd(i);
   }
   std::vector<Group> out;
+  out.reserve(groups.size());
   for (const auto& [step, group] : groups) out.push_back(group);
   return out;
 }

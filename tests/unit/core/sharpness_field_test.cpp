@@ -56,6 +56,27 @@ TEST(BlurSurface, FollowsDefocusThroughTheBestPlane) {
   EXPECT_NEAR(range[1], std::sqrt(0.25 + 1.1 * 1.3 * 1.3), 0.1);
 }
 
+TEST(BlurSurface, ClaimsTheUncertaintyThatItHas) {
+  const auto sigma = [](Vec2 p) { return std::sqrt(0.3 + 0.5 * p.x / kFrame.x); };
+  double squares = 0;
+  int n = 0;
+  for (unsigned seed = 20; seed < 60; ++seed) {
+    const BlurSurface found = fit_blur_surface(samples_of(sigma, 0.02, seed), kFrame, 4, nullptr);
+    ASSERT_GT(found.degree(), 0);
+    for (const Vec2 p : {Vec2{500, 700}, Vec2{2000, 3000}, Vec2{3500, 4500}}) {
+      const double sd = found.sd_px(p);
+      ASSERT_GT(sd, 0);
+      const double z = (found.sigma_px(p) - sigma(p)) / sd;
+      squares += z * z;
+      ++n;
+    }
+  }
+  const double z = std::sqrt(squares / n);
+  EXPECT_GT(z, 0.75);
+  EXPECT_LT(z, 1.3);
+  EXPECT_EQ(BlurSurface(0.7).sd_px({1, 1}), 0) << "nothing is known of a constant's";
+}
+
 TEST(BlurSurface, ThePoorChannelBorrowsTheShapeOfTheOthers) {
   const auto sigma = [](Vec2 p) { return std::sqrt(0.3 + 0.5 * p.x / kFrame.x); };
   const BlurSurface rgb = fit_blur_surface(samples_of(sigma, 0.005, 6), kFrame, 4, nullptr);
