@@ -9,7 +9,14 @@
 namespace reseau {
 namespace {
 
-constexpr int kMostNodes = 24;  // per axis
+// Per axis: as many as the finest spline of usual film needs, and where it bends within a tile.
+constexpr int kMostNodes = 24, kMostNodesOfSharpBends = 64;
+constexpr double kSharpBendSpacingPx = 32;
+
+int most_nodes(const MapErrorModel& model) {
+  const bool sharp = model.spacing_px > 0 && model.spacing_px < kSharpBendSpacingPx;
+  return sharp ? kMostNodesOfSharpBends : kMostNodes;
+}
 // Windows that lie side by side err alike, because they share the picture's edges: on simulated
 // films the errors of affine maps have 1.8 times the variance that independent windows would give,
 // and what splines miss twice as much again.
@@ -45,8 +52,10 @@ double local_info(const std::vector<PlacedInfo>& samples, Vec2 p, double spacing
 
 MapUncertainty::MapUncertainty(const ScreenMap& map, const std::vector<PlacedInfo>& samples,
                                const MapErrorModel& claimed, int width_px, int height_px)
-    : n_columns_(std::clamp(width_px / 32, 2, kMostNodes)),
-      n_rows_(std::clamp(height_px / 32, 2, kMostNodes)),
+    : n_columns_(std::clamp(width_px / (most_nodes(claimed) > kMostNodes ? 16 : 32), 2,
+                            most_nodes(claimed))),
+      n_rows_(std::clamp(height_px / (most_nodes(claimed) > kMostNodes ? 16 : 32), 2,
+                         most_nodes(claimed))),
       step_x_((width_px - 1) / (n_columns_ - 1.0)),
       step_y_((height_px - 1) / (n_rows_ - 1.0)) {
   MapErrorModel model = claimed;
