@@ -31,6 +31,7 @@ constexpr double kLeastConfidence = 0.5;
 constexpr double kLeastPeriodPx = 2.9, kSafePeriodPx = 3.2;
 // A réseau this sure shows itself even where the resolution says that it cannot.
 constexpr double kPlain = 0.97;
+constexpr int kThoroughBlocks = 2;
 constexpr int kTaskRows = 32;  // a multiple of the lines of a cell
 
 class Tracker {
@@ -112,7 +113,12 @@ class Tracker {
     LinearReader reader(source_, options_.tone);
     LinearRows rows;
     reader.read(first, n, rows);
-    const LatticeSearch found = find_lattice(rows, reader.has_infrared(), tile_px);
+    // A réseau fills the film: where some blocks with light show none, fewer places of the others
+    // are looked at.
+    const LatticeSearch found =
+        find_lattice(rows, reader.has_infrared(), tile_px,
+                     n_lit_blocks_ < kThoroughBlocks ? kMostTiles : kFewTiles);
+    if (!found.dark && tile_px == kLargestTilePx) ++n_lit_blocks_;
     if (!found.found) {
       reason = found.reason;
       keep_evidence(0.5 * found.seed.confidence * found.seed.explained, found.seed);
@@ -284,7 +290,7 @@ class Tracker {
   std::array<double, 3> weights_{1.0 / 3, 1.0 / 3, 1.0 / 3};
   Registration best_none_;
   LiveRegistration live_;
-  int seen_ = 0;
+  int seen_ = 0, n_lit_blocks_ = 0;
 };
 
 }  // namespace
