@@ -34,6 +34,13 @@ constexpr double kPlain = 0.97;
 constexpr int kThoroughBlocks = 2;
 constexpr int kTaskRows = 32;  // a multiple of the lines of a cell
 
+double usual_px(ScreenKind kind, double dpi) { return usual_sizes(kind).period_um.y * dpi / 25400; }
+
+// The least resolution that shows a screen, in hundreds.
+int dpi_for(ScreenKind kind) {
+  return 100 * static_cast<int>(std::ceil(kSafePeriodPx / usual_px(kind, 100)));
+}
+
 class Tracker {
  public:
   Tracker(const LineSource& source, const RegisterOptions& options, const ProgressFn& progress,
@@ -84,6 +91,13 @@ class Tracker {
     Registration none = best_none_;
     none.screen = "none";
     none.reason = reason;
+    const double dpi = source_.format().x_dpi;
+    none.too_coarse = dpi > 0 && usual_px(ScreenKind::kDufaycolor, dpi) < kLeastPeriodPx;
+    if (none.too_coarse) {
+      none.reason += " At " + std::to_string(std::lround(dpi)) +
+                     " dpi most are too fine to be seen: scan at " +
+                     std::to_string(dpi_for(ScreenKind::kDufaycolor)) + " dpi or more.";
+    }
     return none;
   }
 
@@ -259,20 +273,14 @@ class Tracker {
     const ScreenGuess guess =
         name_screen({seed.layout, seed.special_color, seed.explained, seed.other_explained, 0})
             .front();
-    const double usual_um = usual_sizes(screen_kind(guess.name)).period_um.y;
-    const double usual_px = usual_um * dpi / 25400;
-    double needed_dpi = 0;
-    if (period_px < kLeastPeriodPx) {
-      needed_dpi = dpi > 0 ? dpi * kSafePeriodPx / period_px : kSafePeriodPx * 25400 / usual_um;
-    } else if (dpi > 0 && usual_px < kLeastPeriodPx && period_px > 1.5 * usual_px &&
-               confidence < kPlain) {
-      needed_dpi = kSafePeriodPx * 25400 / usual_um;
-    } else {
-      return {};
-    }
-    const int rounded_dpi = 100 * static_cast<int>(std::ceil(needed_dpi / 100));
+    const ScreenKind kind = screen_kind(guess.name);
+    const double expected_px = dpi > 0 ? usual_px(kind, dpi) : kLeastPeriodPx;
+    const bool beats = expected_px < kLeastPeriodPx && period_px > 1.5 * expected_px;
+    if (period_px >= kLeastPeriodPx && !(beats && confidence < kPlain)) return {};
+    // What a period seems to measure may be a beat itself: the finest réseau decides.
     return "No réseau was found: this scan is too coarse for one. Scan at " +
-           std::to_string(rounded_dpi) + " dpi or more.";
+           std::to_string(std::max(dpi_for(kind), dpi_for(ScreenKind::kDufaycolor))) +
+           " dpi or more.";
   }
 
   // A lattice that explains little while something else repeats as plainly is a halftone, a fabric,

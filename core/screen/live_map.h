@@ -18,6 +18,9 @@ class LiveMap {
   LiveMap(int width_px, int height_px, const LatticeSeed& seed);
   LiveMap(const LiveMap&) = delete;
   LiveMap& operator=(const LiveMap&) = delete;
+  LiveMap(LiveMap&&) = delete;
+  LiveMap& operator=(LiveMap&&) = delete;
+  ~LiveMap() = default;
 
   // To be filled before advance().
   [[nodiscard]] CellGrid& cells() { return cells_; }
