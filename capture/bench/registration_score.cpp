@@ -122,7 +122,7 @@ RegistrationScore score_registration(const RegistrationCase& test, int n_threads
   for (int seed = 1; seed <= n_seeds; ++seed) {
     RegistrationCase one = test;
     one.film += fmt::format("&seed={}", seed);
-    const RegistrationScore score = score_registration(one, n_threads);
+    RegistrationScore score = score_registration(one, n_threads);
     if (!score.found) return score;
     if (seed == 1) all = score;
     const auto add = [&](double RegistrationScore::*figure) {

@@ -95,7 +95,7 @@ class Tracker {
     none.too_coarse = dpi > 0 && usual_px(ScreenKind::kDufaycolor, dpi) < kLeastPeriodPx;
     if (none.too_coarse) {
       none.reason += " At " + std::to_string(std::lround(dpi)) +
-                     " dpi most are too fine to be seen: scan at " +
+                     " dpi most réseaux are too fine to be seen: scan at " +
                      std::to_string(dpi_for(ScreenKind::kDufaycolor)) + " dpi or more.";
     }
     return none;
