@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "capture/bench/cpu_time.h"
 #include "core/line/memory_line_source.h"
 #include "drivers/sim/simulate.h"
@@ -102,6 +104,8 @@ RegistrationScore score_registration(const RegistrationCase& test, int n_threads
       z_sum +=
           0.5 * (px.x * px.x / std::max(claim.xx, 1e-12) + px.y * px.y / std::max(claim.yy, 1e-12));
       sd_sum += claim.xx + claim.yy;
+      score.worst_z =
+          std::max(score.worst_z, std::sqrt(dot(px, px) / std::max(claim.xx + claim.yy, 1e-12)));
       ++n_lit;
     }
   }
@@ -110,6 +114,34 @@ RegistrationScore score_registration(const RegistrationCase& test, int n_threads
   score.z_sd = n_lit > 0 ? std::sqrt(z_sum / n_lit) : 0;
   score.sd_px = n_lit > 0 ? std::sqrt(sd_sum / n_lit) : 0;
   return score;
+}
+
+RegistrationScore score_registration(const RegistrationCase& test, int n_threads, int n_seeds) {
+  if (n_seeds <= 1) return score_registration(test, n_threads);
+  RegistrationScore all;
+  for (int seed = 1; seed <= n_seeds; ++seed) {
+    RegistrationCase one = test;
+    one.film += fmt::format("&seed={}", seed);
+    RegistrationScore score = score_registration(one, n_threads);
+    if (!score.found) return score;
+    if (seed == 1) all = score;
+    const auto add = [&](double RegistrationScore::*figure) {
+      const double before = seed == 1 ? 0 : (seed - 1) * all.*figure * all.*figure;
+      all.*figure = std::sqrt((before + score.*figure * score.*figure) / seed);
+    };
+    add(&RegistrationScore::rms_px);
+    add(&RegistrationScore::lit_rms_px);
+    add(&RegistrationScore::z_sd);
+    add(&RegistrationScore::sd_px);
+    add(&RegistrationScore::bound_px);
+    add(&RegistrationScore::residual_px);
+    all.max_px = std::max(all.max_px, score.max_px);
+    all.worst_z = std::max(all.worst_z, score.worst_z);
+    all.affine = all.affine && score.affine;
+    all.cpu_s += (score.cpu_s - all.cpu_s) / seed;
+    all.wall_s += (score.wall_s - all.wall_s) / seed;
+  }
+  return all;
 }
 
 }  // namespace reseau

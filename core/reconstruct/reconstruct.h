@@ -27,17 +27,12 @@ namespace reseau {
 // Fraction of the work done, 0..1; called from one thread at a time, never after the call returned.
 using ProgressFn = std::function<void(double)>;
 
-struct RegisterOptions {
-  ToneCurves tone = ToneCurves::linear();
-  int n_threads = 0;  // 0 = all cores
-  // Fits again without some of the blocks and says how far those then lie off. Costs a little.
-  bool check_left_out = false;
-};
-
 // What registration found. `found` false means: no réseau, with the reason in `reason`.
 struct Registration {
   bool found = false;
-  std::string reason;     // a sentence, when not found
+  std::string reason;  // a sentence, when not found
+  // Not found because a period holds too few pixels, or beats with them.
+  bool too_coarse = false;
   std::string screen;     // its name, as in screen_names(), or "none"
   double confidence = 0;  // 0..1
   // That there is no réseau; the probability of `screen` and of the runner-up ("none" too).
@@ -66,6 +61,26 @@ struct Registration {
   int n_windows = 0;  // places where phase was measured
   int n_outliers = 0;
   double seconds = 0;
+};
+
+// What is known after so many lines, while more arrive: the map holds in lines [0, n_lines), and
+// what `registration` says is of those. Immutable: any thread may read it for as long as it likes.
+// Without certainty by place; the error of the stage is not yet in it.
+struct RegistrationSnapshot {
+  int n_lines = 0;
+  Registration registration;
+};
+inline constexpr int kSnapshotLines = 64;
+
+struct RegisterOptions {
+  ToneCurves tone = ToneCurves::linear();
+  int n_threads = 0;  // 0 = all cores
+  // Fits again without some of the blocks and says how far those then lie off. Costs a little.
+  bool check_left_out = false;
+  // Called with a snapshot after every kSnapshotLines committed lines once the réseau shows itself,
+  // which takes 256 lines where there is light; from the registering thread, which waits for it.
+  // Empty: no snapshots, no cost. The final result is the same either way.
+  std::function<void(std::shared_ptr<const RegistrationSnapshot>)> on_snapshot;
 };
 
 // Reads every line as it is committed (live or offline, the same code and the same result) and

@@ -1,19 +1,22 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/reconstruct/live_registration.h"
 #include "core/reconstruct/reconstruct.h"
+#include "core/reconstruct/registration_summary.h"
 #include "core/screen/cell_moments.h"
 #include "core/screen/follow_screen.h"
 #include "core/screen/lattice_search.h"
 #include "core/screen/linear_rows.h"
+#include "core/screen/screen_description.h"
 #include "core/screen/screen_layout.h"
 
 namespace reseau {
@@ -22,46 +25,31 @@ namespace {
 // A map that leaves more than this has lost its way [px].
 constexpr double kLargestResidualPx = 0.4;
 constexpr int kSearchRows = 512;  // a réseau is looked for in blocks of so many lines
-constexpr int kTaskRows = 32;     // a multiple of the lines of a cell
+// More probable than not, or it is not found.
+constexpr double kLeastConfidence = 0.5;
+// Periods below this do not show three elements [px]; what a scan should give them.
+constexpr double kLeastPeriodPx = 2.9, kSafePeriodPx = 3.2;
+// A réseau this sure shows itself even where the resolution says that it cannot.
+constexpr double kPlain = 0.97;
+constexpr int kThoroughBlocks = 2;
+constexpr int kTaskRows = 32;  // a multiple of the lines of a cell
 
-// The plane that fits the map best over the whole frame: a stage that wobbles bends the slope at
-// any one place by more than the lattice is wrong on the whole.
-Mat2 mean_linear(const ScreenMap& map, int width_px, int height_px) {
-  constexpr int kSteps = 32;
-  Vec2 sum_x, sum_y;
-  double norm_x = 0, norm_y = 0;
-  for (int j = 0; j <= kSteps; ++j) {
-    for (int i = 0; i <= kSteps; ++i) {
-      const double x = (static_cast<double>(i) / kSteps - 0.5) * (width_px - 1);
-      const double y = (static_cast<double>(j) / kSteps - 0.5) * (height_px - 1);
-      const Vec2 s = map.screen_from_scan({x + (width_px - 1) / 2.0, y + (height_px - 1) / 2.0});
-      sum_x = sum_x + x * s;
-      sum_y = sum_y + y * s;
-      norm_x += x * x;
-      norm_y += y * y;
-    }
-  }
-  return {sum_x.x / norm_x, sum_y.x / norm_y, sum_x.y / norm_x, sum_y.y / norm_y};
-}
+double usual_px(ScreenKind kind, double dpi) { return usual_sizes(kind).period_um.y * dpi / 25400; }
 
-// Whether a map folds, or stretches the film threefold somewhere: then it is lost there.
-bool folds(const ScreenMap& map, const Mat2& mean, int width_px, int height_px) {
-  constexpr int kSteps = 64;
-  for (int j = 0; j <= kSteps; ++j) {
-    for (int i = 0; i <= kSteps; ++i) {
-      const Vec2 p{(width_px - 1.0) * i / kSteps, (height_px - 1.0) * j / kSteps};
-      const double area = map.jacobian(p).determinant() / mean.determinant();
-      if (!(area > 1.0 / 3 && area < 3)) return true;
-    }
-  }
-  return false;
+// The least resolution that shows a screen, in hundreds.
+int dpi_for(ScreenKind kind) {
+  return 100 * static_cast<int>(std::ceil(kSafePeriodPx / usual_px(kind, 100)));
 }
 
 class Tracker {
  public:
   Tracker(const LineSource& source, const RegisterOptions& options, const ProgressFn& progress,
           const std::stop_token& stop)
-      : source_(source), options_(options), progress_(progress), stop_(stop) {}
+      : source_(source),
+        options_(options),
+        progress_(progress),
+        stop_(stop),
+        live_(source, options) {}
 
   Registration run() {
     const LineFormat& format = source_.format();
@@ -72,7 +60,7 @@ class Tracker {
     while (next_search < height) {
       int end = std::min(height, next_search + kSearchRows);
       if (height - end < kSearchRows / 2) end = height;
-      const int have = source_.wait_committed(end, stop_);
+      const int have = wait_for(end);
       if (stop_.stop_requested()) return stopped();
       // The scan ended early: what there is, is all there is.
       if (have < end) end = have;
@@ -84,9 +72,18 @@ class Tracker {
         const std::optional<LatticeSeed> seed = search(first, n, tile_px, reason);
         if (!seed) break;
         if (tile_px == kSmallestTilePx && (seed->explained < 0.5 || seed->foreign > 0.3)) break;
+        // Whatever following it would show, it would not be believed.
+        if (1 - doubt(*seed) <= kLeastConfidence) {
+          keep_evidence(0.5 * (1 - doubt(*seed)) * seed->confidence, *seed);
+          reason =
+              "No réseau was found: a weak repeating pattern is there, but something else repeats "
+              "more plainly.";
+          continue;
+        }
         Registration result = track(*seed, tile_px == kSmallestTilePx);
         if (result.found || stop_.stop_requested()) return result;
         reason = result.reason;
+        if (result.too_coarse) return result;
         keep_evidence(result.confidence, *seed);
       }
       if (source_.committed() <= next_search) break;
@@ -94,10 +91,30 @@ class Tracker {
     Registration none = best_none_;
     none.screen = "none";
     none.reason = reason;
+    const double dpi = source_.format().x_dpi;
+    none.too_coarse = dpi > 0 && usual_px(ScreenKind::kDufaycolor, dpi) < kLeastPeriodPx;
+    if (none.too_coarse) {
+      none.reason += " At " + std::to_string(std::lround(dpi)) +
+                     " dpi most réseaux are too fine to be seen: scan at " +
+                     std::to_string(dpi_for(ScreenKind::kDufaycolor)) + " dpi or more.";
+    }
     return none;
   }
 
  private:
+  // Until so many lines are there, or the end; snapshots are made on the way.
+  int wait_for(int n_lines) {
+    if (!options_.on_snapshot) return source_.wait_committed(n_lines, stop_);
+    for (int next = seen_; next < n_lines;) {
+      next = std::min(n_lines, next + kSnapshotLines);
+      seen_ = source_.wait_committed(next, stop_);
+      if (stop_.stop_requested() || seen_ < next) break;
+      live_.advance(seen_);
+      next = std::max(next, std::min(seen_, n_lines));
+    }
+    return seen_;
+  }
+
   static Registration stopped() {
     Registration result;
     result.screen = "none";
@@ -110,7 +127,12 @@ class Tracker {
     LinearReader reader(source_, options_.tone);
     LinearRows rows;
     reader.read(first, n, rows);
-    const LatticeSearch found = find_lattice(rows, reader.has_infrared(), tile_px);
+    // A réseau fills the film: where some blocks with light show none, fewer places of the others
+    // are looked at.
+    const LatticeSearch found =
+        find_lattice(rows, reader.has_infrared(), tile_px,
+                     n_lit_blocks_ < kThoroughBlocks ? kMostTiles : kFewTiles);
+    if (!found.dark && tile_px == kLargestTilePx) ++n_lit_blocks_;
     if (!found.found) {
       reason = found.reason;
       keep_evidence(0.5 * found.seed.confidence * found.seed.explained, found.seed);
@@ -140,13 +162,12 @@ class Tracker {
 
   Registration track(const LatticeSeed& seed, bool bends) {
     const LineFormat& format = source_.format();
-    CellGrid cells(format.width_px, format.n_lines, seed.carriers,
-                   bends ? CellSize{8, 8} : CellSize{},
+    CellGrid cells(format.width_px, format.n_lines, seed.carriers, bends ? kSmallCells : CellSize{},
                    bends ? 1 : keep_every_for(format.width_px, format.n_lines, false));
     int done = 0;
     while (done < format.n_lines) {
       const int want = std::min(format.n_lines, done + kTaskRows);
-      int have = source_.wait_committed(want, stop_);
+      int have = wait_for(want);
       if (stop_.stop_requested()) return stopped();
       const bool ended = have < want;
       // Whole bands only, but for the end of the frame.
@@ -178,13 +199,21 @@ class Tracker {
     result.screen = "none";
     FollowedScreen followed = follow_screen(cells, seed, options_.check_left_out);
     if (followed.needs_smaller_cells) {
-      CellGrid small(cells.width_px(), cells.height_px(), seed.carriers, CellSize{8, 8});
+      CellGrid small(cells.width_px(), cells.height_px(), seed.carriers, kSmallCells);
       accumulate(small, 0, source_.committed());
       FollowedScreen again = follow_screen(small, seed, options_.check_left_out);
       if (again.fit.usable && again.coverage > followed.coverage - 0.1 &&
           (!followed.fit.usable || again.fit.residual_px < followed.fit.residual_px ||
            again.coverage > followed.coverage + 0.1)) {
         followed = std::move(again);
+      }
+    }
+    if (followed.fit.usable && followed.cell_px < CellSize{}.width) {
+      for (int pass = 0; pass < kMostPassesAlong && !followed.settled; ++pass) {
+        CellGrid along(cells.width_px(), cells.height_px(), seed.carriers, followed.fit.map,
+                       kSmallCells);
+        accumulate(along, 0, source_.committed());
+        followed = follow_along(along, seed, followed, options_.check_left_out);
       }
     }
     if (!followed.fit.usable) {
@@ -205,22 +234,11 @@ class Tracker {
     result.residual_px = fit.residual_px;
     result.n_windows = fit.n_used;
     result.n_outliers = fit.n_outliers;
-    const Mat2 mean = mean_linear(fit.map, format.width_px, format.n_lines);
-    result.lattice_cy_per_px = {Vec2{mean.a, mean.b}, Vec2{mean.c, mean.d}};
-    result.period_px = {1 / norm(result.lattice_cy_per_px[0]),
-                        1 / norm(result.lattice_cy_per_px[1])};
-    // Red lines run along u: the direction in which v stays the same.
-    Vec2 along{-mean.d, mean.c};
-    if (along.y < 0) along = -1.0 * along;
-    result.angle_deg = std::atan2(along.x, along.y) * 180 / std::numbers::pi;
-    if (format.x_dpi > 0) {
-      for (std::size_t i = 0; i < 2; ++i)
-        result.period_um[i] = result.period_px[i] * 25400 / format.x_dpi;
-    }
+    const Mat2 mean = describe_lattice(result, format, format.n_lines);
     result.uncertainty =
         MapUncertainty(fit.map, fit.placed, fit.error_model, format.width_px, format.n_lines);
     result.left_out_px = followed.left_out_px;
-    fill_uncertainty(result, mean);
+    describe_certainty(result, mean);
     result.explained = seed.explained;
     result.response = seed.response;
     result.silver_from_rgb = weights_;
@@ -228,18 +246,41 @@ class Tracker {
     const double tightness = std::exp(-std::pow(fit.residual_px / (0.12 * worst_period), 2));
     result.confidence =
         (1 - doubt(seed)) * seed.confidence * tightness * (-std::expm1(-coverage / 0.15));
-    result.found = result.confidence > 0.35 && fit.n_used >= 6 &&
-                   fit.residual_px < kLargestResidualPx &&
-                   !folds(fit.map, mean, format.width_px, format.n_lines);
-    if (!result.found) result.confidence = std::min(result.confidence, 0.35);
+    const std::string coarse = why_too_coarse(seed, worst_period, result.confidence);
+    result.too_coarse = !coarse.empty();
+    result.found = result.confidence > kLeastConfidence && fit.n_used >= 6 &&
+                   fit.residual_px < kLargestResidualPx && coarse.empty() &&
+                   !folds(fit.map, mean, format);
+    if (!result.found) result.confidence = std::min(result.confidence, 0.49);
     result.none_probability = 1 - std::min(result.confidence, 1 - 1e-6);
     if (result.found) {
-      fill_names(result, seed);
+      describe_names(result, seed);
+    } else if (!coarse.empty()) {
+      result.reason = coarse;
     } else {
       result.reason =
           "No réseau was found: a weak repeating pattern is there, but it does not hold together "
           "over the picture.";
     }
+  }
+
+  // A sentence where a scan is too coarse for its réseau: the elements of a period are not all
+  // sampled, or what repeats is the beat of a réseau with the pixels. Of the latter the resolution
+  // must tell, which a file may state wrongly: what shows its elements plainly is believed.
+  [[nodiscard]] std::string why_too_coarse(const LatticeSeed& seed, double period_px,
+                                           double confidence) const {
+    const double dpi = source_.format().x_dpi;
+    const ScreenGuess guess =
+        name_screen({seed.layout, seed.special_color, seed.explained, seed.other_explained, 0})
+            .front();
+    const ScreenKind kind = screen_kind(guess.name);
+    const double expected_px = dpi > 0 ? usual_px(kind, dpi) : kLeastPeriodPx;
+    const bool beats = expected_px < kLeastPeriodPx && period_px > 1.5 * expected_px;
+    if (period_px >= kLeastPeriodPx && !(beats && confidence < kPlain)) return {};
+    // What a period seems to measure may be a beat itself: the finest réseau decides.
+    return "No réseau was found: this scan is too coarse for one. Scan at " +
+           std::to_string(std::max(dpi_for(kind), dpi_for(ScreenKind::kDufaycolor))) +
+           " dpi or more.";
   }
 
   // A lattice that explains little while something else repeats as plainly is a halftone, a fabric,
@@ -250,37 +291,14 @@ class Tracker {
            (1 + std::exp(40 * (seed.explained - 0.2)));
   }
 
-  static void fill_uncertainty(Registration& result, const Mat2& mean) {
-    const Mat2& sd = result.uncertainty.slope_sd();
-    // The length of a frequency along itself, and its direction.
-    const auto along = [](Vec2 f, Vec2 s) { return std::hypot(f.x * s.x, f.y * s.y) / norm(f); };
-    const auto across = [](Vec2 f, Vec2 s) { return std::hypot(f.y * s.x, f.x * s.y) / norm(f); };
-    const Vec2 u{mean.a, mean.b}, v{mean.c, mean.d}, sd_u{sd.a, sd.b}, sd_v{sd.c, sd.d};
-    result.period_sd_px = {along(u, sd_u) / dot(u, u), along(v, sd_v) / dot(v, v)};
-    result.angle_sd_deg = across(v, sd_v) / norm(v) * 180 / std::numbers::pi;
-  }
-
-  static void fill_names(Registration& result, const LatticeSeed& seed) {
-    const std::vector<ScreenGuess> guesses =
-        name_screen({seed.layout, seed.special_color, seed.explained, seed.other_explained,
-                     std::sqrt(result.period_um[0] * result.period_um[1])});
-    const double some = 1 - result.none_probability;
-    result.screen = guesses[0].name;
-    result.screen_probability = some * guesses[0].probability;
-    result.runner_up = guesses[1].name;
-    result.runner_up_probability = some * guesses[1].probability;
-    if (result.none_probability > result.runner_up_probability) {
-      result.runner_up = "none";
-      result.runner_up_probability = result.none_probability;
-    }
-  }
-
   const LineSource& source_;
   const RegisterOptions& options_;
   const ProgressFn& progress_;
   const std::stop_token& stop_;
   std::array<double, 3> weights_{1.0 / 3, 1.0 / 3, 1.0 / 3};
   Registration best_none_;
+  LiveRegistration live_;
+  int seen_ = 0, n_lit_blocks_ = 0;
 };
 
 }  // namespace

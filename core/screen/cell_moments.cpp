@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 
 namespace reseau {
 namespace {
@@ -39,7 +40,8 @@ CellGrid::CellGrid(int width_px, int height_px, Carriers carriers, CellSize size
       n_kept_((n_columns_ + 2 * keep_every - 1) / (2 * keep_every) * 2),
       carriers_(carriers) {
   CHECK(width_px > 0 && height_px > 0 && keep_every > 0);
-  CHECK((size.width == 8 || size.width == 16) && size.lines > 0 && size.lines <= kMostLines);
+  CHECK((size.width == 4 || size.width == 8 || size.width == 16) && size.lines > 0 &&
+        size.lines <= kMostLines);
   const auto fill = [&](std::vector<float>& cosines, std::vector<float>& sines, std::size_t n,
                         bool along_x) {
     cosines.resize(kDifferences.size() * n);
@@ -60,6 +62,47 @@ CellGrid::CellGrid(int width_px, int height_px, Carriers carriers, CellSize size
   data_.resize(static_cast<std::size_t>(n_kept_) * static_cast<std::size_t>(n_rows_) * kStride);
 }
 
+CellGrid::CellGrid(int width_px, int height_px, Carriers carriers, const ScreenMap& along,
+                   CellSize size)
+    : CellGrid(width_px, height_px, carriers, size) {
+  along_.resize(static_cast<std::size_t>(n_columns_) * static_cast<std::size_t>(n_rows_));
+  parallel_for(n_rows_, [&](int row) {
+    for (int column = 0; column < n_columns_; ++column) {
+      const Vec2 p = center(column, row);
+      along_[static_cast<std::size_t>(row) * static_cast<std::size_t>(n_columns_) +
+             static_cast<std::size_t>(column)] = {along.screen_from_scan(p), along.jacobian(p)};
+    }
+  });
+}
+
+// Tables of one cell whose phase and slopes are its own.
+struct CellGrid::LocalWaves {
+  static constexpr std::size_t kSide = 16, kN = kDifferences.size();
+  std::array<float, kN * kSide> cos_x, sin_x, cos_y, sin_y;
+
+  LocalWaves(const Local& local, CellSize size) {
+    for (std::size_t h = 0; h < kN; ++h) {
+      const double u = kDifferences[h].u, v = kDifferences[h].v;
+      const auto fill = [&](std::array<float, kN * kSide>& cosines,
+                            std::array<float, kN * kSide>& sines, int n, double slope,
+                            double start) {
+        for (int i = 0; i < n; ++i) {
+          const double angle =
+              2 * std::numbers::pi * std::remainder(start + slope * (i - 0.5 * (n - 1)), 1.0);
+          cosines[h * kSide + static_cast<std::size_t>(i)] = static_cast<float>(std::cos(angle));
+          sines[h * kSide + static_cast<std::size_t>(i)] = static_cast<float>(std::sin(angle));
+        }
+      };
+      const Mat2& j = local.jacobian;
+      fill(cos_x, sin_x, size.width, u * j.a + v * j.c, u * local.screen.x + v * local.screen.y);
+      fill(cos_y, sin_y, size.lines, u * j.b + v * j.d, 0);
+    }
+  }
+  [[nodiscard]] Waves waves() const {
+    return {cos_x.data(), sin_x.data(), cos_y.data(), sin_y.data(), kSide, kSide};
+  }
+};
+
 void CellGrid::accumulate(const LinearRows& rows) {
   CHECK(rows.first % size_.lines == 0 && rows.width_px == width_px_);
   for (int y = 0; y < rows.n; y += size_.lines) {
@@ -68,11 +111,24 @@ void CellGrid::accumulate(const LinearRows& rows) {
     CHECK(n_lines == size_.lines || rows.first + rows.n == height_px_);
     for (int column = 0; column < n_columns_; ++column) {
       if (!kept(column)) continue;
-      if (size_.width == 16) {
-        accumulate_cell<4>(rows, column, row, y, n_lines);
-      } else {
-        accumulate_cell<2>(rows, column, row, y, n_lines);
+      const auto fill = [&](const Waves& waves) {
+        if (size_.width == 16) {
+          accumulate_cell<4>(rows, waves, column, row, y, n_lines);
+        } else if (size_.width == 8) {
+          accumulate_cell<2>(rows, waves, column, row, y, n_lines);
+        } else {
+          accumulate_cell<1>(rows, waves, column, row, y, n_lines);
+        }
+      };
+      if (!along_.empty()) {
+        fill(LocalWaves(local(column, row), size_).waves());
+        continue;
       }
+      const auto x0 = static_cast<std::size_t>(column) * static_cast<std::size_t>(size_.width);
+      const auto first = static_cast<std::size_t>(rows.first) + static_cast<std::size_t>(y);
+      fill({&cos_x_[x0], &sin_x_[x0], &cos_y_[first], &sin_y_[first],
+            static_cast<std::size_t>(n_columns_) * static_cast<std::size_t>(size_.width),
+            static_cast<std::size_t>(height_px_)});
     }
   }
 }
@@ -80,7 +136,8 @@ void CellGrid::accumulate(const LinearRows& rows) {
 // Along y each harmonic is one complex number per line, along x a table: first the lines of a cell
 // are summed pixel column by pixel column, then the columns.
 template <int kQuads>
-void CellGrid::accumulate_cell(const LinearRows& rows, int column, int row, int y0, int n_lines) {
+void CellGrid::accumulate_cell(const LinearRows& rows, const Waves& waves, int column, int row,
+                               int y0, int n_lines) {
   constexpr int kWidth = 4 * kQuads;
   constexpr std::size_t kN = kDifferences.size();
   // S^2, S R, S G, S B of every pixel.
@@ -117,14 +174,11 @@ void CellGrid::accumulate_cell(const LinearRows& rows, int column, int row, int 
     }
     return total_of<kQuads>(sum);
   };
-  const std::size_t padded = static_cast<std::size_t>(n_columns_) * kWidth;
-  const auto height = static_cast<std::size_t>(height_px_);
-  const auto first = static_cast<std::size_t>(rows.first) + static_cast<std::size_t>(y0);
   float* out = &data_[index(column, row)];
   const auto under = [&](int k, std::size_t h, float sign) {
     Quad re[kQuads] = {}, im[kQuads] = {};
-    const float* cos_y = &cos_y_[h * height + first];
-    const float* sin_y = &sin_y_[h * height + first];
+    const float* cos_y = waves.cos_y + h * waves.stride_y;
+    const float* sin_y = waves.sin_y + h * waves.stride_y;
     for (int line = 0; line < n_lines; ++line) {
       const Quad* p = quads_of(product[k][line]);
       const float cosine = cos_y[line], sine = sin_y[line];
@@ -133,8 +187,8 @@ void CellGrid::accumulate_cell(const LinearRows& rows, int column, int row, int 
         im[i] += p[i] * sine;
       }
     }
-    const float* cos_x = &cos_x_[h * padded + static_cast<std::size_t>(x0)];
-    const float* sin_x = &sin_x_[h * padded + static_cast<std::size_t>(x0)];
+    const float* cos_x = waves.cos_x + h * waves.stride_x;
+    const float* sin_x = waves.sin_x + h * waves.stride_x;
     Quad sum_re = {}, sum_im = {};
     for (int i = 0; i < kQuads; ++i) {
       Quad c, s;

@@ -5,7 +5,8 @@
 //   N(d)    = sum S^2 E(d)            d = differences of two harmonics
 //   r(c, h) = sum S X_c conj(E(h))    X_c = linear R, G, B
 //   q(c)    = sum X_c^2
-// with E(h) = exp(2 pi i (h_u f_u + h_v f_v) . p) at fixed carriers f_u, f_v [cy/px].
+// with E(h) = exp(2 pi i (h_u f_u + h_v f_v) . p) at fixed carriers f_u, f_v [cy/px], or, where the
+// film bends within a cell, with the phase and the slopes of a map at the middle of each cell.
 #pragma once
 
 #include <array>
@@ -15,6 +16,7 @@
 
 #include "core/geometry/vec2.h"
 #include "core/screen/linear_rows.h"
+#include "core/screen/screen_map.h"
 
 namespace reseau {
 
@@ -61,6 +63,8 @@ struct Moments {
 class CellGrid {
  public:
   CellGrid(int width_px, int height_px, Carriers carriers, CellSize size = {}, int keep_every = 1);
+  // Harmonics along a map: what is left of the phase then changes little within windows.
+  CellGrid(int width_px, int height_px, Carriers carriers, const ScreenMap& along, CellSize size);
 
   [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
@@ -69,6 +73,13 @@ class CellGrid {
   [[nodiscard]] CellSize size() const { return size_; }
   [[nodiscard]] int keep_every() const { return keep_every_; }
   [[nodiscard]] const Carriers& carriers() const { return carriers_; }
+  // Screen coordinates that the harmonics have at the centre of a cell, and their slopes.
+  [[nodiscard]] Vec2 phase(int column, int row) const {
+    return along_.empty() ? carrier_matrix() * center(column, row) : local(column, row).screen;
+  }
+  [[nodiscard]] Mat2 slopes(int column, int row) const {
+    return along_.empty() ? carrier_matrix() : local(column, row).jacobian;
+  }
   [[nodiscard]] bool kept(int column) const { return column / 2 % keep_every_ == 0; }
   [[nodiscard]] Vec2 center(int column, int row) const {
     return {size_.width * (column + 0.5) - 0.5, size_.lines * (row + 0.5) - 0.5};
@@ -90,9 +101,27 @@ class CellGrid {
   [[nodiscard]] double filled(int column, int row) const;
 
  private:
+  struct Local {
+    Vec2 screen;
+    Mat2 jacobian;
+  };
+  // What the harmonics are over one cell: a product of a row and a column of each.
+  struct Waves {
+    const float *cos_x, *sin_x, *cos_y, *sin_y;
+    std::size_t stride_x, stride_y;  // from one harmonic to the next
+  };
+  struct LocalWaves;
+  [[nodiscard]] Mat2 carrier_matrix() const {
+    return {carriers_.u.x, carriers_.u.y, carriers_.v.x, carriers_.v.y};
+  }
+  [[nodiscard]] const Local& local(int column, int row) const {
+    return along_[static_cast<std::size_t>(row) * static_cast<std::size_t>(n_columns_) +
+                  static_cast<std::size_t>(column)];
+  }
   static constexpr std::size_t kStride = 1 + 24 + 3 + 24 + 3 + 1;
   template <int kQuads>
-  void accumulate_cell(const LinearRows& rows, int column, int row, int y0, int n_lines);
+  void accumulate_cell(const LinearRows& rows, const Waves& waves, int column, int row, int y0,
+                       int n_lines);
   [[nodiscard]] std::size_t index(int column, int row) const {
     const int kept_column = column / 2 / keep_every_ * 2 + column % 2;
     return (static_cast<std::size_t>(row) * static_cast<std::size_t>(n_kept_) +
@@ -104,6 +133,7 @@ class CellGrid {
   CellSize size_;
   int keep_every_, n_columns_, n_rows_, n_kept_;
   Carriers carriers_;
+  std::vector<Local> along_;          // [row][column], or empty
   std::vector<float> cos_x_, sin_x_;  // [harmonic][x], padded to whole cells
   std::vector<float> cos_y_, sin_y_;  // [harmonic][y]
   std::vector<float> data_;           // [row][kept column][kStride]

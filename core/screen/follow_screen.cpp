@@ -1,6 +1,7 @@
 #include "core/screen/follow_screen.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -11,7 +12,10 @@
 #include "core/base/parallel.h"
 #include "core/screen/element_model.h"
 #include "core/screen/line_fit.h"
+#include "core/screen/live_map.h"
 #include "core/screen/phase_samples.h"
+#include "core/screen/phase_window.h"
+#include "core/screen/sample_grower.h"
 #include "core/screen/spline_surface.h"
 
 namespace reseau {
@@ -22,6 +26,8 @@ constexpr double kBeforeLinesPx = 330;
 constexpr double kFlatPx = 0.012;
 // What blocks of large cells leave of a film that bends within them [px].
 constexpr double kSharpBendPx = 0.15;
+// A block that lies farther from a map than this does not vouch for it [periods].
+constexpr double kAgreed = 0.2;
 
 // Variance of the blur that explains the amplitudes of a series best, a step of 0.05 px in its root
 // [px^2].
@@ -69,16 +75,61 @@ std::vector<LineSample> line_samples(const std::vector<PhaseSample>& strips, con
   return samples;
 }
 
+// The blocks of the largest part of a grid that hangs together: of those that are set and of whose
+// four neighbours three are, and those beside them.
+std::vector<bool> largest_part(const std::vector<bool>& set, int n_columns) {
+  const int n = static_cast<int>(set.size()), n_rows = n / n_columns;
+  const auto neighbours = [&](int at, const auto& visit) {
+    const int i = at % n_columns, j = at / n_columns;
+    if (i > 0) visit(at - 1);
+    if (i + 1 < n_columns) visit(at + 1);
+    if (j > 0) visit(at - n_columns);
+    if (j + 1 < n_rows) visit(at + n_columns);
+  };
+  std::vector<int> part(set.size(), 0);  // 0: not looked at
+  const auto inner = [&](int at) {
+    int missing = 0;
+    neighbours(at, [&](int q) { missing += set[static_cast<std::size_t>(q)] ? 0 : 1; });
+    return set[static_cast<std::size_t>(at)] && missing <= 1;
+  };
+  int largest = 0, n_parts = 0;
+  std::size_t most = 0;
+  for (int start = 0; start < n; ++start) {
+    if (part[static_cast<std::size_t>(start)] != 0 || !inner(start)) continue;
+    std::vector<int> open{start};
+    part[static_cast<std::size_t>(start)] = ++n_parts;
+    for (std::size_t k = 0; k < open.size(); ++k) {
+      neighbours(open[k], [&](int q) {
+        if (part[static_cast<std::size_t>(q)] != 0 || !inner(q)) return;
+        part[static_cast<std::size_t>(q)] = n_parts;
+        open.push_back(q);
+      });
+    }
+    if (open.size() > most) {
+      most = open.size();
+      largest = n_parts;
+    }
+  }
+  std::vector<bool> kept(set.size(), false);
+  for (int at = 0; at < n; ++at) {
+    const auto k = static_cast<std::size_t>(at);
+    kept[k] = most > 0 && part[k] == largest;
+    if (kept[k] || !set[k] || part[k] != 0) continue;
+    neighbours(at, [&](int q) {
+      kept[k] = kept[k] || (most > 0 && part[static_cast<std::size_t>(q)] == largest);
+    });
+  }
+  return kept;
+}
+
 class Follower {
  public:
   Follower(const CellGrid& cells, const LatticeSeed& seed)
       : cells_(cells), seed_(seed), drift_(cells, seed) {
     const double period = std::max(1 / norm(seed.carriers.u), 1 / norm(seed.carriers.v));
     small_ = cells.size().width < 16;
-    // Four periods a side, or the picture speaks as loudly as the pattern.
-    const int side_px = small_ ? 16 : 32 * static_cast<int>(std::ceil(4 * period / 33));
-    block_.columns = std::max(2, side_px / cells.size().width / 2 * 2);
-    block_.rows = std::max(1, side_px / cells.size().lines);
+    block_ = block_of_four_periods(cells, seed.carriers);
+    const int side_px = block_.rows * cells.size().lines;
     const double area = static_cast<double>(cells.width_px()) * cells.height_px();
     finest_px_ = small_ ? 20 : std::max(area > 20e6 ? 64.0 : 40.0, 1.25 * side_px);
     // At least four strips across, or none could vouch for the others.
@@ -96,27 +147,50 @@ class Follower {
                    strip_cells(cells.height_px(), cells.size().lines), 0};
   }
 
-  FollowedScreen run(bool check_left_out) {
+  FollowedScreen grow(bool check_left_out) {
     FollowedScreen result;
     series_ = series_from_response(seed_.response, seed_.layout, seed_.special_color,
                                    seed_.carriers, seed_.sigma_px);
-    BlockShape growing = block_;
-    if (small_) {
-      growing.columns = 1;
-      growing.rows = 1;
-      growing.reach = 1;
-    }
-    std::vector<PhaseSample> samples = grow_samples(cells_, seed_, series_, growing, false);
+    const BlockShape growing = small_ ? small_blocks(8 / cells_.size().lines) : block_;
+    SampleGrower grower(cells_, series_, growing, false);
+    grower.start(seed_);
+    grower.grow(grower.n_block_rows());
+    const std::vector<PhaseSample> samples = grower.samples();
     result.coverage = coverage(samples.size(), growing);
-    MapFit fit = fit_smooth(samples, finest_px_);
-    result.fit = fit;
+    result.cell_px = cells_.size().width;
+    result.fit = fit_smooth(samples, finest_px_);
+    const MapFit& fit = result.fit;
     result.needs_smaller_cells =
         !small_ && (!fit.usable || result.coverage < 0.7 || fit.residual_px > kSharpBendPx);
-    if (!fit.usable) return result;
-    for (int round = 0; round < 3; ++round) {
+    if (fit.usable) improve(result, small_ ? 1 : 3, check_left_out && !small_);
+    return result;
+  }
+
+  // Along the map so far. Then asks which blocks agree with it. A place that is off by whole
+  // periods agrees as well, but is cut off from the rest by places that are off by half of one:
+  // what does not hang together with the most of the film is not trusted. What lies beside trusted
+  // blocks is then predicted well enough to be measured in the next pass.
+  void go_along(FollowedScreen& result, bool check_left_out) {
+    if (!refresh_series(screen_at_cells(cells_, result.fit.map), result.fit.map)) return;
+    if (result.trusted.empty()) improve(result, 1, false);
+    const auto n_before = std::ranges::count(result.trusted, true);
+    SampleGrower blocks(cells_, series_, small_blocks(1), false);
+    blocks.measure_all(result.fit.map, kAgreed);
+    result.trusted = largest_part(blocks.accepted(), blocks.n_block_columns());
+    const auto n_trusted = std::ranges::count(result.trusted, true);
+    improve(result, 1, check_left_out);
+    result.settled = n_trusted <= n_before;
+  }
+
+  // From a usable map to a better one.
+  void improve(FollowedScreen& result, int n_rounds, bool check_left_out) {
+    MapFit fit = result.fit;
+    for (int round = 0; round < n_rounds; ++round) {
       const std::vector<Vec2> screen = screen_at_cells(cells_, fit.map);
       if (!refresh_series(screen, fit.map)) break;
-      samples = measure_samples(cells_, fit.map, screen, series_, block_, drift_, blur_px2_);
+      std::vector<PhaseSample> samples =
+          measure_samples(cells_, fit.map, screen, series_, block_, drift_, blur_px2_);
+      std::erase_if(samples, [&](const auto& sample) { return !trusts(result, sample.p_in_scan); });
       const LineError line = fit.map.line_error();
       MapFit better = fit_smooth(samples, finest_px_);
       if (!better.usable) break;
@@ -138,10 +212,33 @@ class Follower {
     }
     result.fit = fit;
     if (check_left_out) result.left_out_px = left_out(fit.map);
-    return result;
   }
 
  private:
+  // Blocks of 8 x 8 px that see some cells beyond their borders.
+  [[nodiscard]] BlockShape small_blocks(int reach) const {
+    return {8 / cells_.size().width, 8 / cells_.size().lines, reach};
+  }
+  // Whether most of the blocks about a place are trusted.
+  [[nodiscard]] bool trusts(const FollowedScreen& result, Vec2 p) const {
+    if (result.trusted.empty()) return true;
+    const BlockShape shape = small_blocks(0);
+    const BlockGrid grid(cells_, shape);
+    const double width = shape.columns * cells_.size().width,
+                 lines = shape.rows * cells_.size().lines;
+    int n = 0;
+    for (const double dy : {-0.5, 0.5}) {
+      for (const double dx : {-0.5, 0.5}) {
+        const int i = std::clamp(static_cast<int>(std::floor(p.x / width + dx)), 0, grid.nx - 1);
+        const int j = std::clamp(static_cast<int>(std::floor(p.y / lines + dy)), 0, grid.ny - 1);
+        const auto at = static_cast<std::size_t>(j) * static_cast<std::size_t>(grid.nx) +
+                        static_cast<std::size_t>(i);
+        n += result.trusted[at] ? 1 : 0;
+      }
+    }
+    return n >= 1;
+  }
+
   // Film and stage fitted anew without a fifth of the blocks, for two of the fifths.
   [[nodiscard]] std::optional<Vec2> left_out(const ScreenMap& map) const {
     const std::vector<Vec2> screen = screen_at_cells(cells_, map);
@@ -293,7 +390,14 @@ class Follower {
 }  // namespace
 
 FollowedScreen follow_screen(const CellGrid& cells, const LatticeSeed& seed, bool check_left_out) {
-  return Follower(cells, seed).run(check_left_out);
+  return Follower(cells, seed).grow(check_left_out);
+}
+
+FollowedScreen follow_along(const CellGrid& cells, const LatticeSeed& seed,
+                            const FollowedScreen& known, bool check_left_out) {
+  FollowedScreen result = known;
+  Follower(cells, seed).go_along(result, check_left_out);
+  return result;
 }
 
 int keep_every_for(int width_px, int height_px, bool exact) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "core/screen/cell_moments.h"
 #include "core/screen/lattice_search.h"
@@ -16,6 +17,11 @@ struct FollowedScreen {
   double coverage = 0;   // of the blocks that have light, how many were measured
   // The réseau bends too sharply for these cells; smaller ones would follow it.
   bool needs_smaller_cells = false;
+  int cell_px = 0;  // width of the cells that it was followed through
+  // Of film that bends within a tile: the blocks of 8 x 8 px [row][column] that the map was fitted
+  // to; elsewhere little is claimed. Empty: all.
+  std::vector<bool> trusted;
+  bool settled = false;  // another pass along the map adds nothing
   // rms of blocks under a map, line error and film, that was fitted without them: across the lines
   // of equal u and of equal v [px]. Absent unless asked for.
   std::optional<Vec2> left_out_px;
@@ -23,6 +29,12 @@ struct FollowedScreen {
 
 [[nodiscard]] FollowedScreen follow_screen(const CellGrid& cells, const LatticeSeed& seed,
                                            bool check_left_out = false);
+// The same from a usable map of such film onwards, through cells whose harmonics run along that
+// map. `pass` counts how often, from 0 to kPassesAlong - 1.
+inline constexpr CellSize kSmallCells{8, 8};
+inline constexpr int kMostPassesAlong = 6;
+[[nodiscard]] FollowedScreen follow_along(const CellGrid& cells, const LatticeSeed& seed,
+                                          const FollowedScreen& known, bool check_left_out);
 
 // Cells, and how many columns of them are kept, for a frame. `exact` keeps all of any frame.
 [[nodiscard]] int keep_every_for(int width_px, int height_px, bool exact);

@@ -4,16 +4,19 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Dense>
 #include <unsupported/Eigen/FFT>
 
+#include "core/base/parallel.h"
+
 namespace reseau {
 namespace {
 
 using Complex = std::complex<float>;
-constexpr int kMaxTiles = 20;
 // A peak sums 5 x 5 bins of two spectra, 72 on average where there is only noise.
 constexpr double kNoisePower = 110;
 constexpr double kLowestFrequency = 0.028;  // periods up to 35 px
@@ -40,7 +43,7 @@ struct Spectra {
   }
 };
 
-std::vector<Tile> choose_tiles(const LinearRows& rows, int size) {
+std::vector<Tile> choose_tiles(const LinearRows& rows, int size, int most_tiles) {
   const int nx = std::max(1, (rows.width_px - size) / (size / 2) + 1);
   const int ny = std::max(1, (rows.n - size) / (size / 2) + 1);
   std::vector<Tile> tiles;
@@ -64,7 +67,7 @@ std::vector<Tile> choose_tiles(const LinearRows& rows, int size) {
   std::vector<Tile> chosen;
   for (const double distance : {1.0, 0.5}) {
     for (const Tile& tile : tiles) {
-      if (static_cast<int>(chosen.size()) >= (size > kSmallestTilePx ? kMaxTiles : 3 * kMaxTiles))
+      if (static_cast<int>(chosen.size()) >= (size > kSmallestTilePx ? most_tiles : 3 * most_tiles))
         break;
       const bool near = std::any_of(chosen.begin(), chosen.end(), [&](const Tile& other) {
         return std::abs(tile.x - other.x) < distance * size &&
@@ -340,7 +343,8 @@ bool silver_weights(const Response& response, std::array<double, 3>& weights) {
   return true;
 }
 
-LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int largest_tile_px) {
+LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int largest_tile_px,
+                           int most_tiles) {
   LatticeSearch result;
   int size = largest_tile_px;
   while (size > kSmallestTilePx && (size > rows.width_px || size > rows.n)) size /= 2;
@@ -348,24 +352,30 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int largest_ti
     result.reason = "The picture is too small: a réseau can be found from 64 x 64 pixels upwards.";
     return result;
   }
-  const std::vector<Tile> tiles = choose_tiles(rows, size);
+  const std::vector<Tile> tiles = choose_tiles(rows, size, most_tiles);
   Spectra total;
   total.size = size;
   total.red.resize(static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
   total.green_blue.resize(total.red.size());
+  std::vector<Spectra> of_tiles(tiles.size());
+  parallel_for(static_cast<int>(tiles.size()), [&](int t) {
+    const auto at = static_cast<std::size_t>(t);
+    std::vector<Complex> signal;
+    if (tile_signals(rows, tiles[at], size, signal)) of_tiles[at] = tile_spectra(signal, size);
+  });
   std::vector<Tile> used;
   std::vector<Spectra> spectra;
-  std::vector<Complex> signal;
-  for (const Tile& tile : tiles) {
-    if (!tile_signals(rows, tile, size, signal)) continue;
-    spectra.push_back(tile_spectra(signal, size));
-    used.push_back(tile);
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    if (of_tiles[t].size == 0) continue;
+    spectra.push_back(std::move(of_tiles[t]));
+    used.push_back(tiles[t]);
     for (std::size_t i = 0; i < total.red.size(); ++i) {
       total.red[i] += limited(spectra.back().red[i]);
       total.green_blue[i] += limited(spectra.back().green_blue[i]);
     }
   }
   if (used.empty()) {
+    result.dark = true;
     result.reason =
         "The picture is black or clipped everywhere: there is no light to see a réseau by.";
     return result;
@@ -393,8 +403,9 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int largest_ti
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
   if (candidates.size() > 6) candidates.resize(6);
   result.reason = "No réseau was found: no colour pattern repeats in two directions.";
-  double best = 0;
-  for (const Candidate& candidate : candidates) {
+  std::vector<std::optional<LatticeHypothesis>> hypotheses(candidates.size());
+  parallel_for(static_cast<int>(candidates.size()), [&](int k) {
+    const Candidate& candidate = candidates[static_cast<std::size_t>(k)];
     // The middle half of each tile, with the frequencies that this very tile shows.
     std::vector<TileCorner> corners;
     std::vector<Carriers> carriers;
@@ -405,9 +416,15 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int largest_ti
       corners.push_back({used[t].x + size / 4, used[t].y + size / 4});
       carriers.push_back(own);
     }
-    if (corners.empty()) continue;
-    const LatticeHypothesis judged = judge_lattice(rows, corners, carriers, size / 2, infrared);
-    if (!(judged.explained > best)) continue;
+    if (!corners.empty())
+      hypotheses[static_cast<std::size_t>(k)] =
+          judge_lattice(rows, corners, carriers, size / 2, infrared);
+  });
+  double best = 0;
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    if (!hypotheses[k] || !(hypotheses[k]->explained > best)) continue;
+    const Candidate& candidate = candidates[k];
+    const LatticeHypothesis& judged = *hypotheses[k];
     best = judged.explained;
     result.found = judged.colors_fit;
     result.reason =

@@ -31,6 +31,7 @@ struct LatticeSeed {
 
 struct LatticeSearch {
   bool found = false;
+  bool dark = false;   // no tile had light
   std::string reason;  // why not, a sentence
   LatticeSeed seed;
 };
@@ -39,8 +40,11 @@ struct LatticeSearch {
 // some tiles are looked at). Deterministic. The block should have at least 64 x 64 px.
 // `infrared`: plane 3 of the rows is infrared, not made of RGB. largest_tile_px: a power of two
 // from 64; small tiles find film that bends within large ones.
+// most_tiles: of that size that are looked at.
+inline constexpr int kMostTiles = 20, kFewTiles = 6;
 [[nodiscard]] LatticeSearch find_lattice(const LinearRows& rows, bool infrared,
-                                         int largest_tile_px = kLargestTilePx);
+                                         int largest_tile_px = kLargestTilePx,
+                                         int most_tiles = kMostTiles);
 
 // The colour series that a réseau with this response shows under a Gaussian blur of sigma_px
 // (isotropic) and the given carriers. The response is by colour.

@@ -147,38 +147,64 @@ std::vector<Strip> strips_of(const std::vector<LineSample>& samples, LineError::
   return strips;
 }
 
-// Variance of every coefficient from the strips' own scatter about the fit; where there are none,
-// the error may be as large as it is elsewhere.
+// Variance of the error at every coefficient's own place, from the strips' scatter about the fit
+// and the same equations as the fit: towards the ends, and where there are no strips, it grows, at
+// most to what the error is elsewhere.
 std::vector<double> spline_variance(const std::vector<Strip>& strips,
                                     const std::vector<double>& fitted,
                                     const std::vector<double>& whole, double spacing) {
-  std::vector<double> info(fitted.size(), 0.0), sizes;
-  double square = 0;
+  const std::size_t n = fitted.size();
+  std::vector<double> sizes;
   for (const Strip& strip : strips) {
-    if (!(strip.weight > 0)) continue;
-    const SplineInterval at =
-        locate_interval(strip.position, spacing, static_cast<int>(fitted.size()));
-    const SplineWeights w = spline_weights(at.t);
-    for (std::size_t i = 0; i < 4; ++i)
-      info[static_cast<std::size_t>(at.index) + i] += strip.weight * w.value[i] * w.value[i];
-    sizes.push_back(std::abs(strip.value - value_at(fitted, spacing, strip.position)) *
-                    std::sqrt(strip.weight));
+    if (strip.weight > 0)
+      sizes.push_back(std::abs(strip.value - value_at(fitted, spacing, strip.position)) *
+                      std::sqrt(strip.weight));
   }
+  const double excess = std::max(std::pow(1.4826 * median_of(sizes), 2), 1e-6);
+  double square = 0;
   for (const double value : whole) square += value * value;
-  const double most = std::max(square / static_cast<double>(whole.size()), 1e-12);
-  const double excess = std::pow(1.4826 * median_of(sizes), 2);
+  const double most = std::max(square / static_cast<double>(n), 1e-12);
   // What a cubic spline of this spacing cannot follow: fourth differences over 384.
   double bends = 0;
-  for (std::size_t i = 0; i + 4 < whole.size(); ++i) {
+  for (std::size_t i = 0; i + 4 < n; ++i) {
     const double fourth =
         whole[i] - 4 * whole[i + 1] + 6 * whole[i + 2] - 4 * whole[i + 3] + whole[i + 4];
     bends += fourth * fourth;
   }
-  bends /= 384.0 * 384.0 * static_cast<double>(whole.size());
-  // A sample per spacing adds 0.48 to the diagonal.
-  for (double& value : info)
-    value = 1 / (value / (0.48 * std::max(excess, 1e-6)) + 1 / most) + bends;
-  return info;
+  bends /= 384.0 * 384.0 * static_cast<double>(n);
+  std::vector<double> variance(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double extent = (static_cast<double>(n) - 3) * spacing;
+    const double position =
+        std::clamp((static_cast<double>(k) - 1) * spacing, 0.0, extent - 1e-9 * spacing);
+    const SplineInterval at = locate_interval(position, spacing, static_cast<int>(n));
+    const SplineWeights w = spline_weights(at.t);
+    // Only what lies near has a say: a window of the equations about the place.
+    constexpr std::size_t kReach = 12;
+    const auto first_weight = static_cast<std::size_t>(at.index);
+    const std::size_t first = first_weight > kReach ? first_weight - kReach : 0,
+                      end = std::min(n, first_weight + 4 + kReach);
+    Band band(end - first);
+    for (const Strip& strip : strips) {
+      if (!(strip.weight > 0)) continue;
+      const SplineInterval in = locate_interval(strip.position, spacing, static_cast<int>(n));
+      const auto row = static_cast<std::size_t>(in.index);
+      if (row < first || row + 4 > end) continue;
+      const SplineWeights v = spline_weights(in.t);
+      for (std::size_t i = 0; i < 4; ++i) {
+        for (std::size_t j = 0; j <= i; ++j)
+          band.at(row - first + i, row - first + j) +=
+              strip.weight / excess * v.value[i] * v.value[j];
+      }
+    }
+    for (std::size_t i = 0; i < end - first; ++i) band.at(i, i) += 1 / most;
+    for (std::size_t i = 0; i < 4; ++i) band.right(first_weight - first + i) = w.value[i];
+    const std::vector<double> x = band.solve();
+    double sum = 0;
+    for (std::size_t i = 0; i < 4; ++i) sum += w.value[i] * x[first_weight - first + i];
+    variance[k] = sum + bends;
+  }
+  return variance;
 }
 
 struct Trial {

@@ -9,11 +9,20 @@
 namespace reseau {
 namespace {
 
-constexpr int kMostNodes = 24;  // per axis
+// Per axis: as many as the finest spline of usual film needs, and where it bends within a tile.
+constexpr int kMostNodes = 24, kMostNodesOfSharpBends = 64;
+constexpr double kSharpBendSpacingPx = 32;
+
+int most_nodes(const MapErrorModel& model) {
+  const bool sharp = model.spacing_px > 0 && model.spacing_px < kSharpBendSpacingPx;
+  return sharp ? kMostNodesOfSharpBends : kMostNodes;
+}
 // Windows that lie side by side err alike, because they share the picture's edges: on simulated
 // films the errors of affine maps have 1.8 times the variance that independent windows would give,
 // and what splines miss twice as much again.
 constexpr double kAlike = 1.8, kMissed = 2;
+// What the finest splines miss, which follow nearly everything.
+constexpr double kMissedBySharp = 1.3;
 
 // Inverse of the normal matrix of a plane a x + b y + c, positions scaled.
 Eigen::Matrix3d plane_covariance(const std::vector<PlacedInfo>& samples, double scale,
@@ -45,10 +54,13 @@ double local_info(const std::vector<PlacedInfo>& samples, Vec2 p, double spacing
 
 MapUncertainty::MapUncertainty(const ScreenMap& map, const std::vector<PlacedInfo>& samples,
                                const MapErrorModel& claimed, int width_px, int height_px)
-    : n_columns_(std::clamp(width_px / 32, 2, kMostNodes)),
-      n_rows_(std::clamp(height_px / 32, 2, kMostNodes)),
+    : n_columns_(std::clamp(width_px / (most_nodes(claimed) > kMostNodes ? 16 : 32), 2,
+                            most_nodes(claimed))),
+      n_rows_(std::clamp(height_px / (most_nodes(claimed) > kMostNodes ? 16 : 32), 2,
+                         most_nodes(claimed))),
       step_x_((width_px - 1) / (n_columns_ - 1.0)),
-      step_y_((height_px - 1) / (n_rows_ - 1.0)) {
+      step_y_((height_px - 1) / (n_rows_ - 1.0)),
+      stage_(map.line_error()) {
   MapErrorModel model = claimed;
   model.excess_u *= kAlike;
   model.excess_v *= kAlike;
@@ -74,18 +86,18 @@ MapUncertainty::MapUncertainty(const ScreenMap& map, const std::vector<PlacedInf
       if (model.spacing_px > 0) {
         const double info_u = local_info(samples, p, model.spacing_px, &PlacedInfo::info_u);
         const double info_v = local_info(samples, p, model.spacing_px, &PlacedInfo::info_v);
-        var_u += 1 / (info_u / (kMissed * model.excess_u) + 1 / most);
-        var_v += 1 / (info_v / (kMissed * model.excess_v) + 1 / most);
+        const double missed = most_nodes(model) > kMostNodes ? kMissedBySharp : kMissed;
+        var_u += 1 / (info_u / (missed * model.excess_u) + 1 / most);
+        var_v += 1 / (info_v / (missed * model.excess_v) + 1 / most);
         bound_u +=
             1 / (local_info(samples, p, model.spacing_px, &PlacedInfo::noise_info_u) + 1 / most);
         bound_v +=
             1 / (local_info(samples, p, model.spacing_px, &PlacedInfo::noise_info_v) + 1 / most);
       }
       const Mat2 px = map.jacobian(p).inverse();
-      const Vec2 stage = map.line_error().variance_at(p);
-      covariance_.push_back({px.a * px.a * var_u + px.b * px.b * var_v + stage.x,
+      covariance_.push_back({px.a * px.a * var_u + px.b * px.b * var_v,
                              px.a * px.c * var_u + px.b * px.d * var_v,
-                             px.c * px.c * var_u + px.d * px.d * var_v + stage.y});
+                             px.c * px.c * var_u + px.d * px.d * var_v});
       bound += (px.a * px.a + px.c * px.c) * bound_u + (px.b * px.b + px.d * px.d) * bound_v;
     }
   }
@@ -112,13 +124,26 @@ PlaceCovariance MapUncertainty::at(Vec2 p) const {
   add(i + 1, j, fx * (1 - fy));
   add(i, j + 1, (1 - fx) * fy);
   add(i + 1, j + 1, fx * fy);
+  // Exactly where it was asked for: a stage is less sure of its first and last lines alone.
+  const Vec2 stage = stage_.variance_at(p);
+  sum.xx += stage.x;
+  sum.yy += stage.y;
   return sum;
 }
 
 double MapUncertainty::rms_px() const {
   double sum = 0;
   for (const PlaceCovariance& node : covariance_) sum += node.xx + node.yy;
-  return covariance_.empty() ? 0 : std::sqrt(sum / static_cast<double>(covariance_.size()));
+  if (covariance_.empty()) return 0;
+  sum /= static_cast<double>(covariance_.size());
+  constexpr int kSteps = 512;
+  for (int k = 0; k <= kSteps; ++k) {
+    const double t = static_cast<double>(k) / kSteps;
+    const Vec2 stage =
+        stage_.variance_at({t * step_x_ * (n_columns_ - 1), t * step_y_ * (n_rows_ - 1)});
+    sum += (stage.x + stage.y) / (kSteps + 1);
+  }
+  return std::sqrt(sum);
 }
 
 }  // namespace reseau

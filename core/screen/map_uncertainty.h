@@ -30,7 +30,8 @@ struct MapErrorModel {
   double amplitude_periods = 0;  // rms of what splines added, the most that can be missing
 };
 
-// Covariances on a grid over the frame, bilinear between. Immutable value.
+// Covariances of the film on a grid over the frame, bilinear between, and of the stage line by
+// line. Immutable value.
 class MapUncertainty {
  public:
   MapUncertainty() = default;
@@ -51,7 +52,8 @@ class MapUncertainty {
  private:
   int n_columns_ = 0, n_rows_ = 0;
   double step_x_ = 1, step_y_ = 1;
-  std::vector<PlaceCovariance> covariance_;
+  std::vector<PlaceCovariance> covariance_;  // of the film alone
+  LineError stage_;
   double bound_px_ = 0;
   Mat2 slope_sd_{0, 0, 0, 0};
 };

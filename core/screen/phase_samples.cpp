@@ -135,8 +135,7 @@ bool pooled_series(const CellGrid& cells, const std::vector<Vec2>& screen, Color
     for (int c = 0; c < cells.n_columns(); ++c) {
       if (!(cells.light(c, r) > 0)) continue;
       const Vec2 s = screen[static_cast<std::size_t>(r) * n_columns + static_cast<std::size_t>(c)];
-      add_rephased(rows[static_cast<std::size_t>(r)], cells.cell(c, r),
-                   s - carrier_phase(cells.carriers(), cells.center(c, r)), 1);
+      add_rephased(rows[static_cast<std::size_t>(r)], cells.cell(c, r), s - cells.phase(c, r), 1);
     }
   });
   Moments total;

@@ -27,13 +27,6 @@ struct BlockShape {
   int reach = 0;
 };
 
-// Follows the réseau from the seed outwards, block by block, surest first. The result is connected,
-// so that no sample is off by a whole period. `lines`: a pattern of lines has no u; it is predicted
-// only.
-[[nodiscard]] std::vector<PhaseSample> grow_samples(const CellGrid& cells, const LatticeSeed& seed,
-                                                    const ColorSeries& series,
-                                                    const BlockShape& shape, bool lines);
-
 // Where a map puts the centre of every cell, mean over the cell [row][column].
 [[nodiscard]] std::vector<Vec2> screen_at_cells(const CellGrid& cells, const ScreenMap& map);
 

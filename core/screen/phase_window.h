@@ -12,8 +12,6 @@ namespace reseau {
 // Surer than this, or a sample is not used at all [1/periods^2]: one sigma of 0.12 periods.
 inline constexpr double kLeastInfo = 1 / (0.12 * 0.12);
 
-inline Vec2 carrier_phase(const Carriers& f, Vec2 p) { return {dot(f.u, p), dot(f.v, p)}; }
-
 inline CellRange range_of(const CellGrid& cells, const BlockShape& shape, int i, int j, int reach) {
   const int width = shape.columns * cells.keep_every();
   return {std::max(0, i * width - reach), std::min(cells.n_columns(), (i + 1) * width + reach),
@@ -53,8 +51,7 @@ Window window_of(const CellGrid& cells, const CellRange& range, const Predict& s
       const double light = cells.light(c, r);
       if (!(light > 0)) continue;
       const Vec2 p = cells.center(c, r);
-      add_rephased(window.moments, cells.cell(c, r),
-                   screen_at(c, r, p) - carrier_phase(cells.carriers(), p), 1);
+      add_rephased(window.moments, cells.cell(c, r), screen_at(c, r, p) - cells.phase(c, r), 1);
       window.center = window.center + light * p;
       window.sum += light;
       window.sum_squares += light * light;

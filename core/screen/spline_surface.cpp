@@ -78,6 +78,9 @@ SplineSurface refined(const SplineSurface& coarse, int width, int height) {
   return fine;
 }
 
+// A node counts as unseen where samples weigh so little of one that lies beside it.
+constexpr double kUnseen = 0.01;
+
 // Normal equations of a level: a node is coupled with its 7 x 7 neighbourhood.
 class LevelSystem {
  public:
@@ -109,9 +112,15 @@ class LevelSystem {
     }
     // One sample per node spreads a sixteenth or so of its weight on the diagonal.
     const double unit = n > 0 ? total / static_cast<double>(n) * 0.05 : 1;
+    std::vector<double> seen(size());
+    for (std::size_t row = 0; row < size(); ++row) seen[row] = entry(row, 0, 0);
     add_bending(unit * stiffness);
-    for (std::size_t row = 0; row < size(); ++row)
-      entry(row, 0, 0) += unit * (std::min(0.02, 0.2 * stiffness) + 0.001 * stiffness);
+    for (std::size_t row = 0; row < size(); ++row) {
+      // Slopes are not to run on into where nothing was seen.
+      const double ridge =
+          far_from_seen(seen, row, kUnseen * unit) ? 0.02 : std::min(0.02, 0.2 * stiffness);
+      entry(row, 0, 0) += unit * (ridge + 0.001 * stiffness);
+    }
   }
 
   // Conjugate gradients with a diagonal preconditioner: sums in a fixed order, so the result is the
@@ -158,6 +167,18 @@ class LevelSystem {
   }
   [[nodiscard]] double diagonal(std::size_t row) const {
     return std::max(a_[row * 49 + 24], 1e-300);
+  }
+
+  // Whether neither a node nor one of the eight about it was seen.
+  [[nodiscard]] bool far_from_seen(const std::vector<double>& seen, std::size_t row,
+                                   double least) const {
+    const int i = static_cast<int>(row) % nx_, j = static_cast<int>(row) / nx_;
+    for (int dj = std::max(-1, -j); dj <= std::min(1, ny_ - 1 - j); ++dj) {
+      for (int di = std::max(-1, -i); di <= std::min(1, nx_ - 1 - i); ++di) {
+        if (seen[index(i + di, j + dj)] > least) return false;
+      }
+    }
+    return true;
   }
 
   void add_bending(double weight) {
