@@ -15,9 +15,6 @@
 namespace reseau::sim {
 namespace {
 
-// Smaller cells are exact enough by the product of their means.
-constexpr int kCellsThatNeedIt = 12;
-
 std::uint64_t next_film() {
   static std::atomic<std::uint64_t> last{0};
   return ++last;
@@ -118,6 +115,8 @@ class CellPattern {
         v_y_(static_cast<float>(screen.scan_gradient().v_y * cell_px)),
         ramp_u_(u_x_, u_y_),
         ramp_v_(v_x_, v_y_),
+        part_u_(u_x_ / kParts, u_y_ / kParts),
+        part_v_(v_x_ / kParts, v_y_ / kParts),
         red_begins_(static_cast<float>(0.5 - screen.spec().red_fraction / 2)),
         green_ends_(static_cast<float>(screen.spec().green_fraction / 2)) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -130,22 +129,33 @@ class CellPattern {
   template <bool together>
   void render(const BlockIn& in, float* __restrict out_r, float* __restrict out_g,
               float* __restrict out_b, float* __restrict out_i) const {
+    float area[3][kBlockPx], du[kBlockPx], dv[kBlockPx], meet[kBlockPx];
     for (int i = 0; i < kBlockPx; ++i) {
       const auto fi = static_cast<float>(i);
-      const float dv = from_nearest_integer(in.v + fi * in.v_step);
-      const float du = from_nearest_integer(in.u + fi * in.u_step);
-      const float in_red = std::abs(dv) - red_begins_, past_green = green_ends_ - std::abs(du);
-      const float red = ramp_v_(in_red);
-      const float in_green = ramp_u_(past_green);
-      const float green = (1.0F - red) * in_green;
-      const float blue = 1.0F - red - green;
-      float r = red * between(in.silver[0], i, in.right_weight);
-      float g = green * between(in.silver[1], i, in.right_weight);
-      float b = blue * between(in.silver[2], i, in.right_weight);
+      dv[i] = from_nearest_integer(in.v + fi * in.v_step);
+      du[i] = from_nearest_integer(in.u + fi * in.u_step);
+      const float red = ramp_v_(std::abs(dv[i]) - red_begins_);
+      const float in_green = ramp_u_(green_ends_ - std::abs(du[i]));
+      area[0][i] = red;
+      area[1][i] = (1.0F - red) * in_green;
+      area[2][i] = 1.0F - red - area[1][i];
+      meet[i] = red * (1.0F - red) * in_green * (1.0F - in_green);
+    }
+    for (int i = 0; i < kBlockPx; ++i) {
+      if (meet[i] > kMeet) divide(du[i], dv[i], i, area);
+    }
+    for (int i = 0; i < kBlockPx; ++i) {
+      float r = area[0][i] * between(in.silver[0], i, in.right_weight);
+      float g = area[1][i] * between(in.silver[1], i, in.right_weight);
+      float b = area[2][i] * between(in.silver[2], i, in.right_weight);
       if constexpr (together) {
         // Mean of a product less the product of the means: gradient times gradient / 12.
-        const float to_red = std::copysign(ramp_v_.slope(in_red), dv) / 12;
-        const float to_green = -std::copysign(ramp_u_.slope(past_green), du) / 12 * (1.0F - red);
+        const float in_red = std::abs(dv[i]) - red_begins_;
+        const float past_green = green_ends_ - std::abs(du[i]);
+        const float red = ramp_v_(in_red), in_green = ramp_u_(past_green);
+        const float to_red = std::copysign(ramp_v_.slope(in_red), dv[i]) / 12;
+        const float to_green =
+            -std::copysign(ramp_u_.slope(past_green), du[i]) / 12 * (1.0F - red);
         r += to_red * along(in, 0, i, v_x_, v_y_);
         g += to_green * along(in, 1, i, u_x_, u_y_) -
              to_red * in_green * along(in, 1, i, v_x_, v_y_);
@@ -160,6 +170,23 @@ class CellPattern {
   }
 
  private:
+  // Where two edges cross, their shares of a cell do not multiply: that is done in its parts.
+  static constexpr int kParts = 4;
+  static constexpr float kMeet = 1e-6F;
+  void divide(float du, float dv, int cell, float (*area)[kBlockPx]) const {
+    float sum_red = 0, sum_green = 0;
+    for (int part = 0; part < kParts * kParts; ++part) {
+      const float x = (static_cast<float>(part % kParts) + 0.5F) / kParts - 0.5F;
+      const float y = (static_cast<float>(part / kParts) + 0.5F) / kParts - 0.5F;
+      const float u = du + x * u_x_ + y * u_y_, v = dv + x * v_x_ + y * v_y_;
+      const float red = part_v_(std::abs(v) - red_begins_);
+      sum_red += red;
+      sum_green += (1.0F - red) * part_u_(green_ends_ - std::abs(u));
+    }
+    area[0][cell] = sum_red / (kParts * kParts);
+    area[1][cell] = sum_green / (kParts * kParts);
+    area[2][cell] = 1.0F - area[0][cell] - area[1][cell];
+  }
   static float between(const float* silver, int i, float right_weight) {
     return silver[i] + right_weight * (silver[i + 1] - silver[i]);
   }
@@ -169,7 +196,7 @@ class CellPattern {
            s_y * between(in.along_y[k], i, in.right_weight);
   }
   float cell_px_, u_x_, u_y_, v_x_, v_y_;
-  EdgeRamp ramp_u_, ramp_v_;
+  EdgeRamp ramp_u_, ramp_v_, part_u_, part_v_;  // of a cell, of a part of it
   float red_begins_, green_ends_;
   float p_[3][3];
 };
@@ -209,7 +236,7 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
   thread_local SilverRows rows;
   thread_local SilverOfCells of_cells;
   rows.prepare(id_, first_px, n_px, per_px);
-  const bool coarse = per_px > 1 && per_px <= kCellsThatNeedIt && strip_.on_film(y - cell) &&
+  const bool coarse = per_px > 1 && strip_.on_film(y - cell) &&
                       strip_.on_film(y + cell);
   if (coarse) {
     of_cells.set(rows.at(strip_, y, -1), rows.at(strip_, y, 0), rows.at(strip_, y, 1));

@@ -317,6 +317,60 @@ void ElementPainter::paint_beside(const Shape& shape, const Cover& cover,
   }
 }
 
+void ElementPainter::paint(std::vector<Shape>& shapes, const Block& block, const float* u,
+                           const float* v, float (*areas)[kBlockPx], bool* meet) const {
+  for (std::size_t k = 0; k < sets_.size(); ++k) {
+    std::fill_n(areas[k], kBlockPx, sets_[k] == 1 << description_.ground ? 1.0F : 0.0F);
+  }
+  Cover covered;
+  for (Shape& shape : shapes) {
+    cover(shape, block, u, v, covered);
+    if (meet != nullptr) find_meetings(covered, areas, meet);
+    if (!shape.shape->across) {
+      paint_beside(shape, covered, areas);
+    } else {
+      paint_across(shape, covered, areas);
+    }
+  }
+}
+
+// Cells in which an edge of the shape meets another that was painted before.
+void ElementPainter::find_meetings(const Cover& cover, const float (*areas)[kBlockPx],
+                                   bool* meet) const {
+  constexpr float kPart = 1e-3F;
+  for (std::size_t i = 0; i < kBlockPx; ++i) {
+    const float outer = cover.outer[i];
+    if (outer < kPart || cover.inner[i] > 1 - kPart) continue;
+    float largest = 0;
+    for (std::size_t k = 0; k < sets_.size(); ++k) largest = std::max(largest, areas[k][i]);
+    meet[i] = meet[i] || largest < 1 - kPart;
+  }
+}
+
+// The mean of kFine x kFine parts of the cell at (u, v).
+void ElementPainter::divide(std::vector<Shape>& fine, const Block& block, float u, float v,
+                            std::size_t cell, float (*areas)[kBlockPx]) const {
+  static_assert(kFine * kFine == kBlockPx);
+  const std::array<float, 4>& step = fine.front().per_cell;
+  std::array<float, kBlockPx> at_u{}, at_v{};
+  for (int j = 0; j < kFine; ++j) {
+    const float y = static_cast<float>(j) + 0.5F - 0.5F * kFine;
+    for (int i = 0; i < kFine; ++i) {
+      const float x = static_cast<float>(i) + 0.5F - 0.5F * kFine;
+      const auto part = static_cast<std::size_t>(kFine * j + i);
+      at_u[part] = u + x * step[0] + y * step[2];
+      at_v[part] = v + x * step[1] + y * step[3];
+    }
+  }
+  float parts[kDyeSets][kBlockPx];
+  paint(fine, block, at_u.data(), at_v.data(), parts, nullptr);
+  for (std::size_t k = 0; k < sets_.size(); ++k) {
+    float sum = 0;
+    for (const float part : parts[k]) sum += part;
+    areas[k][cell] = sum / static_cast<float>(kBlockPx);
+  }
+}
+
 void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRow& out) const {
   CHECK(first_px % kBlockPx == 0 && n_px % kBlockPx == 0 && per_px >= 1);
   const auto n_sets = static_cast<int>(sets_.size());
@@ -326,9 +380,14 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
   for (const ScreenShape& shape : description_.shapes) {
     shapes.emplace_back(&shape, PrintingNoise(print_, mix64(seed_, shapes.size())));
   }
-  ramps(screen_.scan_gradient(), cell_px, shapes);
+  std::vector<Shape> fine = shapes;  // of parts of a cell
+  const bool divides = shapes.size() > 1 || print_.overlap_um != 0;
+  const auto set_ramps = [&](const ScreenGradient& gradient) {
+    ramps(gradient, cell_px, shapes);
+    if (divides) ramps(gradient, cell_px / kFine, fine);
+  };
+  set_ramps(screen_.scan_gradient());
   Block block;
-  Cover covered;
   std::array<float, kBlockPx> u{}, v{};
   float areas[kDyeSets][kBlockPx];
   for (int px = 0; px < n_px; px += kBlockPx) {
@@ -339,7 +398,7 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
                         r = screen_.screen_from_scan(x + step, y),
                         b = screen_.screen_from_scan(x, y - step),
                         a = screen_.screen_from_scan(x, y + step);
-      ramps({(r.u - l.u) / 2, (a.u - b.u) / 2, (r.v - l.v) / 2, (a.v - b.v) / 2}, cell_px, shapes);
+      set_ramps({(r.u - l.u) / 2, (a.u - b.u) / 2, (r.v - l.v) / 2, (a.v - b.v) / 2});
     }
     for (int s = 0; s < per_px; ++s) {
       const double offset = cell_offset_px(s, per_px);
@@ -361,17 +420,10 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
           v[i] = static_cast<float>(cv[0] + t * (cv[1] + t * (cv[2] + t * cv[3])));
         }
       }
-      for (int k = 0; k < n_sets; ++k) {
-        const bool ground = sets_[static_cast<std::size_t>(k)] == 1 << description_.ground;
-        std::fill_n(areas[k], kBlockPx, ground ? 1.0F : 0.0F);
-      }
-      for (Shape& shape : shapes) {
-        cover(shape, block, u.data(), v.data(), covered);
-        if (!shape.shape->across) {
-          paint_beside(shape, covered, areas);
-        } else {
-          paint_across(shape, covered, areas);
-        }
+      std::array<bool, kBlockPx> meet{};
+      paint(shapes, block, u.data(), v.data(), areas, divides ? meet.data() : nullptr);
+      for (std::size_t i = 0; i < kBlockPx && divides; ++i) {
+        if (meet[i]) divide(fine, block, u[i], v[i], i, areas);
       }
       for (int k = 0; k < n_sets; ++k) std::copy_n(areas[k], kBlockPx, out.phase(k, s) + px);
     }

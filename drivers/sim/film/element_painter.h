@@ -46,6 +46,12 @@ class ElementPainter {
   void paint_across(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
   void paint_beside(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
 
+  void paint(std::vector<Shape>& shapes, const Block& block, const float* u, const float* v,
+             float (*areas)[16], bool* meet) const;
+  void find_meetings(const Cover& cover, const float (*areas)[16], bool* meet) const;
+  void divide(std::vector<Shape>& fine, const Block& block, float u, float v, std::size_t cell,
+              float (*areas)[16]) const;
+
   PlacedScreen screen_;
   ScreenDescription description_;
   PrintSpec print_;

@@ -6,12 +6,15 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 #include "drivers/sim/hash.h"
 #include "drivers/sim/spline_weights.h"
 
 namespace reseau::sim {
 namespace {
+
+constexpr double kDensest = 3.5;  // more density has no more grain
 
 // Sum of four uniform numbers, of unit variance.
 float normal(std::uint64_t bits) {
@@ -32,31 +35,54 @@ float fast_exp(float x) {
   return p * std::bit_cast<float>(whole << 23);
 }
 
-// Ratio of the standard deviation of the field's mean over a length of 1 / knot knots to that of
-// the field, one axis: the autocorrelation of cubic splines is the B-spline of degree 7.
-double mean_ratio(double knot_px) {
+// log2(x), x > 0, within 2e-6: the compiler makes vector code of it.
+float fast_log2(float x) {
+  const auto bits = std::bit_cast<std::int32_t>(x);
+  const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;  // the rest is 0.707 … 1.414
+  const float m = std::bit_cast<float>(bits - (exponent << 23));
+  const float t = (m - 1) / (m + 1), t2 = t * t;
+  const float p = t * (2.88539008F + t2 * (0.96179669F + t2 * (0.57707802F + t2 * 0.4121F)));
+  return static_cast<float>(exponent) + p;
+}
+
+// Correlation of the field with itself `lag` knots away along one axis, of cubic splines: the
+// B-spline of degree 7, at most 4 knots.
+double correlation(double lag) {
   constexpr int kSteps = 400;
   const auto spline = [](double t) {
     t = std::abs(t);
     if (t >= 2) return 0.0;
     return t >= 1 ? (2 - t) * (2 - t) * (2 - t) / 6 : 2.0 / 3 - t * t + t * t * t / 2;
   };
-  const auto correlation = [&](double lag) {
-    double sum = 0;
-    for (int i = 0; i < kSteps; ++i) {
-      const double t = -2 + 4 * (i + 0.5) / kSteps;
-      sum += spline(t) * spline(t - lag);
-    }
-    return sum;
-  };
-  const double length = 1 / knot_px;  // of a pixel, in knots
-  double mean = 0;
+  double sum = 0, whole = 0;
   for (int i = 0; i < kSteps; ++i) {
-    const double lag = (i + 0.5) / kSteps;  // of a pixel; weight of a triangle
-    mean += 2 * (1 - lag) * correlation(lag * length) / kSteps;
+    const double t = -2 + 4 * (i + 0.5) / kSteps;
+    sum += spline(t) * spline(t - lag);
+    whole += spline(t) * spline(t);
   }
-  return std::sqrt(mean / correlation(0));
+  return sum / whole;
 }
+
+// Variance of the mean over a square pixel of exp(q n - q^2 / 2) - 1, whose covariance at a lag is
+// exp(q^2 correlation) - 1; and that of n itself.
+struct PixelVariance {
+  double texture = 0, field = 0;
+  PixelVariance(double knot_px, double q) {
+    constexpr int kSteps = 96;
+    std::array<double, kSteps> at{}, weight{};
+    for (int i = 0; i < kSteps; ++i) {
+      const double lag = (i + 0.5) / kSteps;  // of a pixel
+      at[static_cast<std::size_t>(i)] = correlation(lag / knot_px);
+      weight[static_cast<std::size_t>(i)] = 2 * (1 - lag) / kSteps;
+    }
+    for (std::size_t i = 0; i < kSteps; ++i) {
+      for (std::size_t j = 0; j < kSteps; ++j) {
+        texture += weight[i] * weight[j] * std::expm1(q * q * at[i] * at[j]);
+        field += weight[i] * weight[j] * at[i] * at[j];
+      }
+    }
+  }
+};
 
 std::uint64_t next_id() {
   static std::atomic<std::uint64_t> last{0};
@@ -78,16 +104,15 @@ Grain::Grain(double amount, double knot_px, std::uint64_t seed)
     : amount_(amount), knot_px_(knot_px), seed_(seed), id_(next_id()) {
   constexpr double kSplineVariance = 151.0 / 315;  // integral of the squared cubic B-spline
   gain_ = 1 / kSplineVariance;                     // the root of both axes
-  const double axis = mean_ratio(knot_px);
-  pixel_rms_ = axis * axis;
+  pixel_rms_ = std::sqrt(PixelVariance(knot_px, 0).field);
   if (amount == 0) return;
-  strength_ = LogTable([this](double transmittance) {
-    constexpr double kDensest = 3.5, kLargest = 2.0;
-    const double density = std::clamp(-std::log10(transmittance), 0.0, kDensest);
-    // Over a pixel the variance of exp(s n) is about exp(s^2 r^2) - 1 with r = pixel_rms.
-    const double relative = amount_ * std::sqrt(density);
-    return std::min(std::sqrt(std::log1p(relative * relative)) / pixel_rms_, kLargest);
-  });
+  // As skewed as it has to be for the densest silver to stay positive.
+  constexpr double kLargest = 2.0;
+  const double most = amount * std::sqrt(kDensest);
+  const double q = std::min(std::sqrt(std::log1p(most * most)) / pixel_rms_, kLargest);
+  contrast_ = static_cast<float>(q);
+  const double rms = std::sqrt(PixelVariance(knot_px, q).texture);
+  per_depth_ = static_cast<float>(amount / rms * std::sqrt(std::numbers::ln2 / std::numbers::ln10));
 }
 
 void Grain::knot_row(std::int64_t iy, std::int64_t first, std::span<float> out) const {
@@ -140,12 +165,21 @@ void Grain::field(double y, double x0, double step_px, std::span<float> out) con
   }
 }
 
-void Grain::factors(double y, double x0, double step_px, std::span<const float> silver,
-                    std::span<float> factor) const {
-  field(y, x0, step_px, factor);
+void Grain::texture(double y, double x0, double step_px, std::span<float> out) const {
+  field(y, x0, step_px, out);
+  const float q = contrast_, half = 0.5F * q * q;
+  for (float& v : out) v = fast_exp(q * v - half) - 1;
+}
+
+void Grain::depths(std::span<const float> silver, std::span<float> depth) const {
+  constexpr auto kThinnest = static_cast<float>(kDensest / 0.301029996);  // as a power of 2
+  const float* const t = silver.data();
+  float* const out = depth.data();
+  const float a = per_depth_;
   for (std::size_t i = 0; i < silver.size(); ++i) {
-    const float s = strength_(silver[i]);
-    factor[i] = fast_exp(s * factor[i] - 0.5F * s * s);
+    const float stops = -fast_log2(std::max(t[i], 1e-9F));
+    const float share = a * std::sqrt(std::min(std::max(stops, 0.0F), kThinnest));
+    out[i] = t[i] * std::min(share, 1.0F);
   }
 }
 
