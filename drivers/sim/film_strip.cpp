@@ -86,7 +86,7 @@ double FilmStrip::finest_cy_per_px(double y, double x0, double x1) const {
   // Behind a curve the mean of the light is not that of the transmittance; where light spreads it
   // has become so smooth before that it is.
   const bool curved = !hd_.is_identity() && spec_.emulsion.spread_um == 0;
-  constexpr double kCurved = 2.5;
+  constexpr double kCurved = 5;
   return (curved ? kCurved : 1.0) *
          scene.finest_cy_per_px(a.y - top, std::min(a.x, b.x) - side, std::max(a.x, b.x) - side);
 }
@@ -176,8 +176,8 @@ void FilmStrip::apply_frame(double local_y, double film_x0, double side_px,
     return Weights{film, film * picture};
   };
   // Rows that are no means along y become that later.
-  const Weights row = between(local_y + 0.5, frame.height_px - 0.5 - local_y,
-                              has_fine_detail() ? side_px : 0);
+  const Weights row =
+      between(local_y + 0.5, frame.height_px - 0.5 - local_y, has_fine_detail() ? side_px : 0);
   for (std::size_t i = 0; i < out.r.size(); ++i) {
     const double x = film_x0 + static_cast<double>(i) * step_px;
     if (row_is_picture && x > picture_begin && x < picture_end) continue;

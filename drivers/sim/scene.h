@@ -88,7 +88,8 @@ struct SceneRaster {
 [[nodiscard]] std::unique_ptr<Scene> make_zone_scene(double width_px, double height_px,
                                                      double finest_cy_per_px);
 
-// Neutral sinusoidal star, 0.5 + 0.45 cos(spokes * angle), finest at the centre.
+// Neutral sinusoidal star, 0.5 + 0.45 cos(spokes * angle), around an even disc where the spokes
+// would be finer than 1.5 cycles per px.
 [[nodiscard]] std::unique_ptr<Scene> make_star_scene(double width_px, double height_px, int spokes);
 
 // The raster, scaled to cover the picture and cropped evenly on both sides. Between the centres of

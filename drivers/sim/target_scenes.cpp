@@ -37,7 +37,8 @@ class ZoneScene final : public FineScene {
     // The phase is a sum of one part in x and one in y: so is the exponent's mean a product.
     thread_local std::vector<std::complex<double>> across;
     thread_local std::array<double, 4> made_for{};
-    const std::array<double, 4> wanted{per_px_, x0 - cx_, side_px, static_cast<double>(out.r.size())};
+    const std::array<double, 4> wanted{per_px_, x0 - cx_, side_px,
+                                       static_cast<double>(out.r.size())};
     if (made_for != wanted) {
       made_for = wanted;
       across.resize(out.r.size());
@@ -84,7 +85,10 @@ class ZoneScene final : public FineScene {
 class StarScene final : public FineScene {
  public:
   StarScene(double width_px, double height_px, int spokes)
-      : cx_((width_px - 1) / 2), cy_((height_px - 1) / 2), spokes_(spokes) {}
+      : cx_((width_px - 1) / 2),
+        cy_((height_px - 1) / 2),
+        spokes_(spokes),
+        disc_px_(std::max(spokes / (2 * std::numbers::pi * kFinest), 1.0)) {}
 
   void cells(double y, double x0, double side_px, const RgbRow& out) const override {
     for (std::size_t i = 0; i < out.r.size(); ++i) {
@@ -95,19 +99,26 @@ class StarScene final : public FineScene {
   }
   [[nodiscard]] double finest_cy_per_px(double y, double x0, double x1) const override {
     const double x = std::max({x0 - cx_, cx_ - x1, 0.0});
-    return spokes_ / (2 * std::numbers::pi * std::max(std::hypot(x, y - cy_), 0.1));
+    return spokes_ / (2 * std::numbers::pi * std::max(std::hypot(x, y - cy_), 0.8 * disc_px_));
   }
 
  private:
   static constexpr int kDeepest = 6;
+  static constexpr double kFinest = 1.5;  // cycles per px, where the spokes end at an even disc
   // Of the cosine over a square: value times transfer function where the spokes are straight over
   // the square, else the mean of its quarters.
   [[nodiscard]] double mean_wave(double dx, double dy, double side, int depth) const {
     constexpr double kLargestCurvature = 0.002;  // [radian] that the phase leaves a plane
     const double r2 = dx * dx + dy * dy;
-    if (spokes_ * side * side / 8 <= kLargestCurvature * r2) {
+    const double r = std::sqrt(r2), fade_px = 0.4 * disc_px_;
+    if (r + side < disc_px_ - fade_px / 2) return 0;
+    const bool fades = r - side < disc_px_ + fade_px / 2;
+    if (spokes_ * side * side / 8 <= kLargestCurvature * r2 && !(fades && side > 0.1 * fade_px)) {
       const double cy_per_px = spokes_ / (2 * std::numbers::pi * r2);  // times r
-      return std::cos(spokes_ * std::atan2(dy, dx)) * sinc(cy_per_px * dy * side) *
+      const double begun =
+          fades ? static_cast<double>(smooth_step(static_cast<float>((r - disc_px_) / fade_px)))
+                : 1.0;
+      return begun * std::cos(spokes_ * std::atan2(dy, dx)) * sinc(cy_per_px * dy * side) *
              sinc(cy_per_px * dx * side);
     }
     if (depth == 0) return 0;  // many spokes within the square, or its share of the middle
@@ -119,6 +130,7 @@ class StarScene final : public FineScene {
   }
   double cx_, cy_;
   int spokes_;
+  double disc_px_;  // radius of the middle
 };
 
 struct TwoColours {

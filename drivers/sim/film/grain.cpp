@@ -10,6 +10,7 @@
 
 #include "drivers/sim/hash.h"
 #include "drivers/sim/spline_weights.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
 namespace {
@@ -24,7 +25,7 @@ float normal(std::uint64_t bits) {
 }
 
 // exp(x), |x| < 40, relative error below 4e-6; the compiler makes vector code of it.
-float fast_exp(float x) {
+inline float fast_exp(float x) {
   const float t = x * 1.44269504F + 127.0F;
   const auto whole = static_cast<std::int32_t>(t);
   const float f = t - static_cast<float>(whole) - 0.5F;  // -0.5 … 0.5
@@ -35,8 +36,15 @@ float fast_exp(float x) {
   return p * std::bit_cast<float>(whole << 23);
 }
 
+// Root of x >= 0, relative error below 1e-6; the library's may set errno, which keeps vectors away.
+inline float fast_root(float x) {
+  float inverse = std::bit_cast<float>(0x5f3759df - (std::bit_cast<std::int32_t>(x) >> 1));
+  for (int k = 0; k < 3; ++k) inverse *= 1.5F - 0.5F * x * inverse * inverse;
+  return x * inverse;
+}
+
 // log2(x), x > 0, within 2e-6: the compiler makes vector code of it.
-float fast_log2(float x) {
+inline float fast_log2(float x) {
   const auto bits = std::bit_cast<std::int32_t>(x);
   const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;  // the rest is 0.707 … 1.414
   const float m = std::bit_cast<float>(bits - (exponent << 23));
@@ -153,34 +161,50 @@ void Grain::field(double y, double x0, double step_px, std::span<float> out) con
   }
   const double per_px = 1 / knot_px_;
   const double at0 = x0 * per_px - static_cast<double>(first), step = step_px * per_px;
-  const float* c = rows.mixed.data();
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const double at = at0 + step * static_cast<double>(i);
-    const auto k = static_cast<std::size_t>(at);
-    const auto f = static_cast<float>(at - static_cast<double>(k));
-    const float g = 1 - f, f2 = f * f, g2 = g * g;
-    out[i] = (g2 * g * c[k] + (3 * f2 * f - 6 * f2 + 4) * c[k + 1] +
-              (3 * g2 * g - 6 * g2 + 4) * c[k + 2] + f2 * f * c[k + 3]) *
-             (1.0F / 6);
-  }
+  const float* const c = rows.mixed.data();
+  float* const to = out.data();
+  const std::size_t n_out = out.size();
+  widest([&]() RESEAU_SIM_INLINE {
+    float* __restrict const values = to;
+    for (std::size_t i = 0; i < n_out; ++i) {
+      const double at = at0 + step * static_cast<double>(static_cast<std::int32_t>(i));
+      const auto k = static_cast<std::int32_t>(at);
+      const auto f = static_cast<float>(at - static_cast<double>(k));
+      const float g = 1 - f, f2 = f * f, g2 = g * g;
+      values[i] = (g2 * g * c[k] + (3 * f2 * f - 6 * f2 + 4) * c[k + 1] +
+                   (3 * g2 * g - 6 * g2 + 4) * c[k + 2] + f2 * f * c[k + 3]) *
+                  (1.0F / 6);
+    }
+  });
 }
 
 void Grain::texture(double y, double x0, double step_px, std::span<float> out) const {
   field(y, x0, step_px, out);
   const float q = contrast_, half = 0.5F * q * q;
-  for (float& v : out) v = fast_exp(q * v - half) - 1;
+  float* const to = out.data();
+  const std::size_t n = out.size();
+  widest([&]() RESEAU_SIM_INLINE {
+    for (std::size_t i = 0; i < n; ++i) to[i] = fast_exp(q * to[i] - half) - 1;
+  });
 }
 
 void Grain::depths(std::span<const float> silver, std::span<float> depth) const {
   constexpr auto kThinnest = static_cast<float>(kDensest / 0.301029996);  // as a power of 2
   const float* const t = silver.data();
-  float* const out = depth.data();
+  float* const to = depth.data();
   const float a = per_depth_;
-  for (std::size_t i = 0; i < silver.size(); ++i) {
-    const float stops = -fast_log2(std::max(t[i], 1e-9F));
-    const float share = a * std::sqrt(std::min(std::max(stops, 0.0F), kThinnest));
-    out[i] = t[i] * std::min(share, 1.0F);
-  }
+  const std::size_t n = silver.size();
+  widest([&]() RESEAU_SIM_INLINE {
+    float* __restrict const out = to;
+    for (std::size_t i = 0; i < n; ++i) {
+      const float light = std::abs(t[i]) + 1e-9F;  // none is negative
+      float stops = -fast_log2(light);
+      // Clamped to 0 … kThinnest by absolute values, which compilers have vector code for.
+      stops = 0.5F * (kThinnest + std::abs(stops) - std::abs(stops - kThinnest));
+      const float share = a * fast_root(stops);
+      out[i] = t[i] * 0.5F * (share + 1 - std::abs(share - 1));
+    }
+  });
 }
 
 }  // namespace reseau::sim

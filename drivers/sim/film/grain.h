@@ -10,9 +10,9 @@ namespace reseau::sim {
 // A texture m = exp(q n - q^2 / 2) - 1 with n a random field of unit variance on the film: cubic
 // B-splines on a square grid of knots, spectrum sinc^8(f knot) per axis. Silver of transmittance T
 // becomes T + g(T) m: its mean stays. g = T a sqrt(D), so that the mean over a square pixel has the
-// relative rms `amount` sqrt(D) at density D (Nutting 1913: a layer of opaque grains of area a has a
-// variance of density of 0.434 a D over a unit of area). m depends on the place alone and is smooth
-// over less than a knot: its mean over any cell is known. Immutable, thread-safe.
+// relative rms `amount` sqrt(D) at density D (Nutting 1913: a layer of opaque grains of area a has
+// a variance of density of 0.434 a D over a unit of area). m depends on the place alone and is
+// smooth over less than a knot: its mean over any cell is known. Immutable, thread-safe.
 class Grain {
  public:
   // amount: relative rms of a pixel's transmittance at density 1; knot_px: spacing of the knots.
@@ -34,7 +34,7 @@ class Grain {
   std::uint64_t seed_, id_;
   double gain_ = 1;  // to unit variance
   double pixel_rms_ = 1;
-  float contrast_ = 0;  // q
+  float contrast_ = 0;   // q
   float per_depth_ = 0;  // a, where densities are powers of 2
 };
 

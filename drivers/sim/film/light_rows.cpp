@@ -5,38 +5,50 @@
 #include <span>
 
 #include "drivers/sim/film.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
 namespace {
 
-// Adds 1/12 of the product of two changes per cell, from the values in the cells before and after.
+// Adds the variance of a cell's weight x the product of two changes per cell, from the values in
+// the cells before and after.
 void add_products(const float* a0, const float* a1, const float* t0, const float* t1, std::size_t n,
-                  float* to) {
-  for (std::size_t i = 0; i < n; ++i) to[i] += (a1[i] - a0[i]) * (t1[i] - t0[i]) * (1.0F / 48);
+                  float variance, float* to) {
+  const float gain = variance / 4;
+  widest([&]() RESEAU_SIM_INLINE {
+    float* __restrict const out = to;
+    for (std::size_t i = 0; i < n; ++i) out[i] += (a1[i] - a0[i]) * (t1[i] - t0[i]) * gain;
+  });
 }
 
-// Means over cells from the values at the middles of three rows of them, cell after cell; laid out
-// by phases. The first and the last cell keep their value.
-void means_of(const float* above, const float* here, const float* below, std::size_t n_px,
-              std::size_t per_px, std::vector<float>& out) {
-  const std::size_t n = n_px * per_px;
-  out.resize(n);
-  for (std::size_t s = 0; s < per_px; ++s) {
-    float* const to = out.data() + s * n_px;
-    for (std::size_t i = 0; i < n_px; ++i) {
-      const std::size_t at = i * per_px + s, left = at == 0 ? 0 : at - 1,
-                        right = std::min(at + 1, n - 1);
-      to[i] = here[at] +
-              (above[at] + below[at] + here[left] + here[right] - 4 * here[at]) * (1.0F / 24);
-    }
-  }
-}
+// Along either axis [cells^2].
+float variance_of(const CellRange& cells) { return cells.tents ? 1.0F / 6 : 1.0F / 12; }
 
 void by_phases(const float* from, std::size_t n_px, std::size_t per_px, std::vector<float>& out) {
   out.resize(n_px * per_px);
   for (std::size_t s = 0; s < per_px; ++s) {
     for (std::size_t i = 0; i < n_px; ++i) out[s * n_px + i] = from[i * per_px + s];
   }
+}
+
+// Means over cells from the values at the middles of three rows of them, cell after cell; laid out
+// by phases. The first and the last cell keep their value.
+void means_of(const float* above, const float* here, const float* below, std::size_t n_px,
+              std::size_t per_px, float variance, std::vector<float>& out) {
+  const float bend = variance / 2;
+  const std::size_t n = n_px * per_px;
+  thread_local std::vector<float> in_order;
+  in_order.resize(n);
+  widest([&]() RESEAU_SIM_INLINE {
+    float* __restrict const to = in_order.data();
+    for (std::size_t i = 1; i + 1 < n; ++i) {
+      const float around = (above[i] + below[i]) + (here[i - 1] + here[i + 1]);
+      to[i] = here[i] + (around - 4 * here[i]) * bend;
+    }
+  });
+  in_order.front() = here[0];
+  in_order.back() = here[n - 1];
+  by_phases(in_order.data(), n_px, per_px, out);
 }
 
 }  // namespace
@@ -46,14 +58,14 @@ const LightRows::Made& LightRows::made(std::int64_t row) {
   if (made.row == row) return made;
   made.row = row;
   const double y = height_of(row);
-  const auto& [first_px, n_px, per_px] = cells_;
+  const auto& [first_px, n_px, per_px, tents] = cells_;
   if (film_->silver.spreads()) {
     film_->silver.field(y, first_px, n_px, per_px, made.silver);
   } else {
     film_->silver.behind_sets(y, first_px, n_px, per_px, made.silver);
   }
   if (film_->painter != nullptr) {
-    film_->silver.areas(y, first_px, n_px, per_px, made.areas);
+    film_->silver.areas(y, first_px, n_px, per_px, made.areas, tents);
   }
   return made;
 }
@@ -100,14 +112,16 @@ void LightRows::apply_texture(std::int64_t row, PlaneRow& silver) {
   const auto n_px = static_cast<std::size_t>(cells_.n_px);
   const auto per_px = static_cast<std::size_t>(cells_.per_px);
   const auto n = n_px * per_px;
-  const auto mean = [&](std::vector<float> Texture::*of, bool one_if_whole, std::vector<float>& out) {
+  const auto mean = [&](std::vector<float> Texture::*of, bool one_if_whole,
+                        std::vector<float>& out) {
     bare_.assign(n, one_if_whole ? 1.0F : 0.0F);
     const bool always = of == &Texture::grain;
     const auto values = [&](const Texture& t) {
       return always || t.harmed ? (t.*of).data() : bare_.data();
     };
     if (coarse_) {
-      means_of(values(*above), values(here), values(*below), n_px, per_px, out);
+      means_of(values(*above), values(here), values(*below), n_px, per_px, variance_of(cells_),
+               out);
     } else {
       by_phases(values(here), n_px, per_px, out);
     }
@@ -131,7 +145,28 @@ void LightRows::apply_texture(std::int64_t row, PlaneRow& silver) {
     }
     if (grainy) {
       const float *const m = means_[0].data(), *const depth = depth_.data();
-      for (std::size_t i = 0; i < n; ++i) t[i] += depth[i] * m[i];
+      widest([&]() RESEAU_SIM_INLINE {
+        float* __restrict const silvered = t;
+        for (std::size_t i = 0; i < n; ++i) silvered[i] += depth[i] * m[i];
+      });
+    }
+  }
+}
+
+// Between pixels the silver is straight: even cells lie in one such part, tents reach over its end.
+void LightRows::bend_across(const PlaneRow& silver, int n_planes, PlaneRow& to) const {
+  const auto n = static_cast<std::size_t>(cells_.n_px);
+  for (int k = 0; k < n_planes; ++k) {
+    for (int s = 0; s < cells_.per_px; ++s) {
+      const bool first = s == 0, last = s + 1 == cells_.per_px;
+      const float* const here = silver.phase(k, s);
+      const float* const left = silver.phase(k, first ? cells_.per_px - 1 : s - 1);
+      const float* const right = silver.phase(k, last ? 0 : s + 1);
+      float* const out = to.phase(k, s);
+      for (std::size_t i = 1; i + 1 < n; ++i) {
+        const float around = left[first ? i - 1 : i] + right[last ? i + 1 : i];
+        out[i] += (around - 2 * here[i]) * (1.0F / 24);
+      }
     }
   }
 }
@@ -140,10 +175,9 @@ const LightRows::Finished& LightRows::finished(std::int64_t row) {
   Finished& to = finished_[static_cast<std::size_t>(row & 3)];
   if (to.row == row) return to;
   to.row = row;
-  const auto& [first_px, n_px, per_px] = cells_;
+  const auto& [first_px, n_px, per_px, tents] = cells_;
   // A scene without fine detail is known at the middles of rows of cells; a field is a mean.
-  const bool bends =
-      coarse_ && !film_->silver.spreads() && !film_->strip.has_fine_detail();
+  const bool bends = coarse_ && !film_->silver.spreads() && !film_->strip.has_fine_detail();
   const Made* const above = bends ? &made(row - 1) : nullptr;
   const Made& here = made(row);
   const Made* const below = bends ? &made(row + 1) : nullptr;
@@ -156,7 +190,12 @@ const LightRows::Finished& LightRows::finished(std::int64_t row) {
   float* const out = to.silver.plane(0);
   if (bends) {
     const float *const t0 = above->silver.plane(0), *const t1 = below->silver.plane(0);
-    for (std::size_t i = 0; i < n; ++i) out[i] = t[i] + (t0[i] - 2 * t[i] + t1[i]) * (1.0F / 24);
+    const float bend = variance_of(cells_) / 2;
+    widest([&]() RESEAU_SIM_INLINE {
+      float* __restrict const mean = out;
+      for (std::size_t i = 0; i < n; ++i) mean[i] = t[i] + (t0[i] - 2 * t[i] + t1[i]) * bend;
+    });
+    if (tents) bend_across(here.silver, n_planes, to.silver);
   } else {
     std::copy_n(t, n, out);
   }
@@ -166,11 +205,12 @@ const LightRows::Finished& LightRows::finished(std::int64_t row) {
 
 const PlaneRow& LightRows::row(const FilmLayers& film, double y, const CellRange& cells,
                                bool harm) {
-  const CellRange wider{cells.first_px - kBlockPx, cells.n_px + 2 * kBlockPx, cells.per_px};
+  const CellRange wider{cells.first_px - kBlockPx, cells.n_px + 2 * kBlockPx, cells.per_px,
+                        cells.tents};
   // Far cells look at their neighbours for the sake of the order of the method, single ones do not.
   const double side = 1.0 / cells.per_px;
-  const bool coarse = cells.per_px > 1 && film.strip.on_film(y - 2 * side) &&
-                      film.strip.on_film(y + 2 * side);
+  const bool coarse =
+      cells.per_px > 1 && film.strip.on_film(y - 2 * side) && film.strip.on_film(y + 2 * side);
   film_ = &film;
   if (id_ != film.id || cells_ != wider || harm_ != harm || coarse_ != coarse) {
     id_ = film.id;
@@ -206,15 +246,20 @@ const PlaneRow& LightRows::row(const FilmLayers& film, double y, const CellRange
         return made(of).areas.phase(k, phase) + kBlockPx;
       };
       const float* const a = area(row, s);
-      for (std::size_t i = 0; i < n; ++i) to[i] = a[i] * t[i];
+      widest([&]() RESEAU_SIM_INLINE {
+        float* __restrict const product = to;
+        for (std::size_t i = 0; i < n; ++i) product[i] = a[i] * t[i];
+      });
       if (!coarse) continue;
       // Gradient times gradient / 12, each half a difference over two cells. The cells left and
       // right may belong to the neighbouring pixel.
       const int left = s == 0 ? per_px - 1 : s - 1, right = s + 1 == per_px ? 0 : s + 1;
       const int from_left = s == 0 ? 1 : 0, from_right = s + 1 == per_px ? 1 : 0;
-      add_products(area(row - 1, s), area(row + 1, s), silver(*above, s), silver(*below, s), n, to);
+      add_products(area(row - 1, s), area(row + 1, s), silver(*above, s), silver(*below, s), n,
+                   variance_of(cells), to);
       add_products(area(row, left) - from_left, area(row, right) + from_right,
-                   silver(here, left) - from_left, silver(here, right) + from_right, n, to);
+                   silver(here, left) - from_left, silver(here, right) + from_right, n,
+                   variance_of(cells), to);
     }
   }
   return light_;

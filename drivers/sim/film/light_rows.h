@@ -29,6 +29,7 @@ struct FilmLayers {
 // Which cells.
 struct CellRange {
   int first_px = 0, n_px = 0, per_px = 1;
+  bool tents = false;  // CellRow
   bool operator==(const CellRange&) const = default;
 };
 
@@ -62,6 +63,7 @@ class LightRows {
   const Made& made(std::int64_t row);
   const Texture& texture(std::int64_t row);
   const Finished& finished(std::int64_t row);
+  void bend_across(const PlaneRow& silver, int n_planes, PlaneRow& to) const;
   void apply_texture(std::int64_t row, PlaneRow& silver);
   [[nodiscard]] int plane_of(int set) const { return film_->silver.spreads() ? 0 : set; }
 

@@ -12,6 +12,7 @@
 #include "drivers/sim/film/edge_directions.h"
 #include "drivers/sim/hash.h"
 #include "drivers/sim/smooth_step.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
 namespace {
@@ -21,7 +22,7 @@ DyeSpec faded_dyes(DyeSpec dyes) {
   return dyes;
 }
 
-constexpr int kMostLevels = 3;      // of cells divided by 2 along each side
+constexpr int kMostLevels = 3;        // of cells divided by 2 along each side
 constexpr double kWholeCells = 0.54;  // cycles per px of a scene that cells hold as they are
 
 std::uint64_t next_film() {
@@ -96,7 +97,8 @@ void ScreenFilm::render(double y, int level, bool harm, CellRow& out) const {
   }
   Rows& rows = rows_of_thread(level);
   const FilmLayers film = layers();
-  mix(y, rows.light.row(film, y, {out.first_px(), out.n_px(), out.per_px()}, harm), rows, out);
+  mix(y, rows.light.row(film, y, {out.first_px(), out.n_px(), out.per_px(), out.tents()}, harm),
+      rows, out);
 }
 
 int ScreenFilm::level_at(double y, int px) const {
@@ -170,13 +172,16 @@ void ScreenFilm::mix(double y, const PlaneRow& light_of, Rows& rows, CellRow& ou
       const float* of_set = light_of.phase(static_cast<int>(k), s);
       float *r = out.phase(0, s), *g = out.phase(1, s), *b = out.phase(2, s), *i = out.phase(3, s);
       const float* faded = fades ? rows.faded.data() : nullptr;
-      for (std::size_t x = 0; x < n; ++x) {
-        const float light = of_set[x];
-        r[x] += light * p[0];
-        g[x] += light * p[1];
-        b[x] += light * p[2];
-        i[x] += light * p[3];
-      }
+      widest([&]() RESEAU_SIM_INLINE {
+        float* __restrict const to_r = r, * __restrict const to_g = g, * __restrict const to_b = b, * __restrict const to_i = i;
+        for (std::size_t x = 0; x < n; ++x) {
+          const float light = of_set[x];
+          to_r[x] += light * p[0];
+          to_g[x] += light * p[1];
+          to_b[x] += light * p[2];
+          to_i[x] += light * p[3];
+        }
+      });
       if (faded == nullptr) continue;
       for (std::size_t x = 0; x < n; ++x) {
         const float light = of_set[x] * faded[x];
@@ -210,6 +215,7 @@ void ScreenFilm::apply_film_edge(CellRow& out) const {
   const double right = spec_.frame.width_px - 0.5 - spec_.frame.outside_px;
   const int per_px = out.per_px(), n = out.n_px() * per_px;
   const double cell = 1.0 / per_px;
+  const float variance = out.tents() ? 1.0F / 6 : 1.0F / 12;
   const auto film_at = [&](double x) {
     return smooth_step(static_cast<float>(std::min(x - left, right - x) / kCutPx));
   };
@@ -227,8 +233,8 @@ void ScreenFilm::apply_film_edge(CellRow& out) const {
       if (k == 0) left_of_it = was;
       if (!whole) {
         // Means of film and value, and what both change together.
-        value = 1 + (here + (film0 + film1 - 2 * here) / 24) * (was - 1) +
-                (film1 - film0) * (next - left_of_it) / 48;
+        value = 1 + (here + (film0 + film1 - 2 * here) * variance / 2) * (was - 1) +
+                (film1 - film0) * (next - left_of_it) * variance / 4;
       }
       left_of_it = was;
     }

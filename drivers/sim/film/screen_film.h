@@ -66,7 +66,7 @@ class ScreenFilm final : public Film {
   Damage damage_;
   Edges edges_;
   int spread_level_ = 0;  // of all cells where the light of fine scenes spreads in the emulsion
-  std::uint64_t id_;  // of this film among all that ever were
+  std::uint64_t id_;      // of this film among all that ever were
 };
 
 }  // namespace reseau::sim
