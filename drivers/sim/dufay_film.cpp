@@ -195,10 +195,10 @@ class CellPattern {
     const int side = tents_ ? 2 * kParts : kParts;
     float sum = 0, sum_red = 0, sum_green = 0;
     for (int part = 0; part < side * side; ++part) {
+      const int row = part / side;
       const float x =
           (static_cast<float>(part % side) + 0.5F - 0.5F * static_cast<float>(side)) / kParts;
-      const float y =
-          (static_cast<float>(part / side) + 0.5F - 0.5F * static_cast<float>(side)) / kParts;
+      const float y = (static_cast<float>(row) + 0.5F - 0.5F * static_cast<float>(side)) / kParts;
       const float u = du + x * u_x_ + y * u_y_, v = dv + x * v_x_ + y * v_y_;
       const float weight = tents_ ? (1 - std::abs(x)) * (1 - std::abs(y)) : 1.0F;
       const float red = part_v_(std::abs(v) - red_begins_);

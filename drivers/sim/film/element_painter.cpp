@@ -363,9 +363,9 @@ void ElementPainter::divide(std::vector<Shape>& fine, const Block& block, float 
   for (int quarter = 0; quarter < (tent ? 4 : 1); ++quarter) {
     std::array<float, kBlockPx> at_u{}, at_v{}, weight{};
     for (int part = 0; part < kBlockPx; ++part) {
+      const int row = part / kFine;
       // From the middle, in parts.
-      float x = static_cast<float>(part % kFine) + 0.5F,
-            y = static_cast<float>(part / kFine) + 0.5F;
+      float x = static_cast<float>(part % kFine) + 0.5F, y = static_cast<float>(row) + 0.5F;
       x -= tent && quarter % 2 == 1 ? kFine : tent ? 0.0F : 0.5F * kFine;
       y -= tent && quarter / 2 == 1 ? kFine : tent ? 0.0F : 0.5F * kFine;
       const auto p = static_cast<std::size_t>(part);
