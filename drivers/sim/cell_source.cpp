@@ -3,8 +3,24 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
+namespace {
+
+// 1 5 10 10 5 1.
+void add_six(const float* p0, const float* p1, const float* p2, const float* p3, const float* p4,
+             const float* p5, std::size_t n, float* __restrict to) {
+  constexpr float kOuter = 1.0F / 32, kNext = 5.0F / 32, kInner = 10.0F / 32;
+  widest([&]() RESEAU_SIM_INLINE {
+    float* __restrict const out = to;
+    for (std::size_t i = 0; i < n; ++i) {
+      out[i] = kOuter * (p0[i] + p5[i]) + kNext * (p1[i] + p4[i]) + kInner * (p2[i] + p3[i]);
+    }
+  });
+}
+
+}  // namespace
 
 CellSource::CellSource(std::shared_ptr<const Film> film, const CellGrid& grid, int first_px,
                        int n_px)
@@ -23,6 +39,7 @@ const CellRow& CellSource::row(std::size_t level, std::int64_t k) {
     at.index[slot] = k;
     if (level == 0) {
       const double y = (static_cast<double>(k) + 0.5) / at.per_px - 0.5;
+      at.rows[slot].set_tents(grid_.tents);
       film_->cells(y, first_px_, n_px_, at.per_px, at.rows[slot]);
     } else {
       join(level, k, at.rows[slot]);
@@ -36,7 +53,6 @@ void CellSource::join(std::size_t level, std::int64_t k, CellRow& to) {
   for (int i = 0; i < 6; ++i) from[i] = &row(level - 1, 2 * k - 2 + i);
   const int per_px = levels_[level].per_px, fine_per_px = levels_[level - 1].per_px;
   to.resize(first_px_, n_px_, per_px);
-  constexpr float kOuter = 1.0F / 32, kNext = 5.0F / 32, kInner = 10.0F / 32;
   // Along y first, on all phases with one pixel to spare at both ends.
   const auto n = static_cast<std::size_t>(n_px_);
   const std::size_t stride = n + 2;
@@ -47,9 +63,7 @@ void CellSource::join(std::size_t level, std::int64_t k, CellRow& to) {
       const float *p0 = from[0]->phase(c, s), *p1 = from[1]->phase(c, s),
                   *p2 = from[2]->phase(c, s), *p3 = from[3]->phase(c, s),
                   *p4 = from[4]->phase(c, s), *p5 = from[5]->phase(c, s);
-      for (std::size_t i = 0; i < n; ++i) {
-        sum[i + 1] = kOuter * (p0[i] + p5[i]) + kNext * (p1[i] + p4[i]) + kInner * (p2[i] + p3[i]);
-      }
+      add_six(p0, p1, p2, p3, p4, p5, n, sum + 1);
       sum[0] = sum[1];
       sum[n + 1] = sum[n];
     }
@@ -63,9 +77,7 @@ void CellSource::join(std::size_t level, std::int64_t k, CellRow& to) {
       const float *p0 = cell(2 * s - 2), *p1 = cell(2 * s - 1), *p2 = cell(2 * s),
                   *p3 = cell(2 * s + 1), *p4 = cell(2 * s + 2), *p5 = cell(2 * s + 3);
       float* out = to.phase(c, s);
-      for (std::size_t i = 0; i < n; ++i) {
-        out[i] = kOuter * (p0[i] + p5[i]) + kNext * (p1[i] + p4[i]) + kInner * (p2[i] + p3[i]);
-      }
+      add_six(p0, p1, p2, p3, p4, p5, n, out);
     }
   }
 }

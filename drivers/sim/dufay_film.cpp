@@ -11,12 +11,10 @@
 #include "core/base/check.h"
 #include "drivers/sim/edge_ramp.h"
 #include "drivers/sim/film/edge_directions.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
 namespace {
-
-// Smaller cells are exact enough by the product of their means.
-constexpr int kCellsThatNeedIt = 12;
 
 std::uint64_t next_film() {
   static std::atomic<std::uint64_t> last{0};
@@ -68,14 +66,21 @@ class SilverRows {
 // the mean, and the change from edge to edge.
 struct SilverOfCells {
   SilverRow mean, along_y;
-  void set(const SilverRow& above, const SilverRow& here, const SilverRow& below) {
+  void set(const SilverRow& above, const SilverRow& here, const SilverRow& below, float cell_px,
+           bool tents) {
+    const float bend = tents ? 1.0F / 12 : 1.0F / 24;
+    // Between pixels the silver is straight: even cells lie in one such part, tents reach over.
+    const float bend_x = tents ? cell_px * cell_px / 24 : 0.0F;
     for (std::size_t k = 0; k < 3; ++k) {
       mean[k].resize(here[k].size());
       along_y[k].resize(here[k].size());
       for (std::size_t i = 0; i < here[k].size(); ++i) {
         const float a = above[k][i], h = here[k][i], b = below[k][i];
         along_y[k][i] = 0.5F * (b - a);
-        mean[k][i] = h + (a - 2 * h + b) / 24;
+        mean[k][i] = h + (a - 2 * h + b) * bend;
+      }
+      for (std::size_t i = 1; bend_x > 0 && i + 1 < here[k].size(); ++i) {
+        mean[k][i] += bend_x * (here[k][i - 1] - 2 * here[k][i] + here[k][i + 1]);
       }
     }
   }
@@ -110,14 +115,19 @@ struct BlockIn {
 // From places on the screen to transmittances.
 class CellPattern {
  public:
-  CellPattern(const PlacedScreen& screen, const ElementResponse& response, double cell_px)
+  CellPattern(const PlacedScreen& screen, const ElementResponse& response, double cell_px,
+              bool tents)
       : cell_px_(static_cast<float>(cell_px)),
         u_x_(static_cast<float>(screen.scan_gradient().u_x * cell_px)),
         u_y_(static_cast<float>(screen.scan_gradient().u_y * cell_px)),
         v_x_(static_cast<float>(screen.scan_gradient().v_x * cell_px)),
         v_y_(static_cast<float>(screen.scan_gradient().v_y * cell_px)),
-        ramp_u_(u_x_, u_y_),
-        ramp_v_(v_x_, v_y_),
+        variance_(tents ? 1.0F / 6 : 1.0F / 12),
+        tents_(tents),
+        ramp_u_(tents ? EdgeRamp::tent(u_x_, u_y_) : EdgeRamp(u_x_, u_y_)),
+        ramp_v_(tents ? EdgeRamp::tent(v_x_, v_y_) : EdgeRamp(v_x_, v_y_)),
+        part_u_(u_x_ / kParts, u_y_ / kParts),
+        part_v_(v_x_ / kParts, v_y_ / kParts),
         red_begins_(static_cast<float>(0.5 - screen.spec().red_fraction / 2)),
         green_ends_(static_cast<float>(screen.spec().green_fraction / 2)) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -128,30 +138,46 @@ class CellPattern {
   // kBlockPx cells; the outputs overlap nothing. `together`: with what element and silver change
   // together within the cell; otherwise the silver is even enough.
   template <bool together>
-  void render(const BlockIn& in, float* __restrict out_r, float* __restrict out_g,
-              float* __restrict out_b, float* __restrict out_i) const {
+  RESEAU_SIM_INLINE void render(const BlockIn& in, float* __restrict out_r, float* __restrict out_g,
+                                float* __restrict out_b, float* __restrict out_i) const {
+    float area[3][kBlockPx], du[kBlockPx], dv[kBlockPx], meet[kBlockPx];
     for (int i = 0; i < kBlockPx; ++i) {
       const auto fi = static_cast<float>(i);
-      const float dv = from_nearest_integer(in.v + fi * in.v_step);
-      const float du = from_nearest_integer(in.u + fi * in.u_step);
-      const float in_red = std::abs(dv) - red_begins_, past_green = green_ends_ - std::abs(du);
-      const float red = ramp_v_(in_red);
-      const float in_green = ramp_u_(past_green);
-      const float green = (1.0F - red) * in_green;
-      const float blue = 1.0F - red - green;
-      float r = red * between(in.silver[0], i, in.right_weight);
-      float g = green * between(in.silver[1], i, in.right_weight);
-      float b = blue * between(in.silver[2], i, in.right_weight);
-      if constexpr (together) {
-        // Mean of a product less the product of the means: gradient times gradient / 12.
-        const float to_red = std::copysign(ramp_v_.slope(in_red), dv) / 12;
-        const float to_green = -std::copysign(ramp_u_.slope(past_green), du) / 12 * (1.0F - red);
-        r += to_red * along(in, 0, i, v_x_, v_y_);
-        g += to_green * along(in, 1, i, u_x_, u_y_) -
-             to_red * in_green * along(in, 1, i, v_x_, v_y_);
-        b += -to_green * along(in, 2, i, u_x_, u_y_) -
-             to_red * (1.0F - in_green) * along(in, 2, i, v_x_, v_y_);
+      dv[i] = from_nearest_integer(in.v + fi * in.v_step);
+      du[i] = from_nearest_integer(in.u + fi * in.u_step);
+      const float red = ramp_v_(std::abs(dv[i]) - red_begins_);
+      const float in_green = ramp_u_(green_ends_ - std::abs(du[i]));
+      area[0][i] = red;
+      area[1][i] = (1.0F - red) * in_green;
+      area[2][i] = 1.0F - red - area[1][i];
+      meet[i] = red * (1.0F - red) * in_green * (1.0F - in_green);
+    }
+    for (int i = 0; i < kBlockPx; ++i) {
+      if (meet[i] > kMeet) divide(du[i], dv[i], i, area);
+    }
+    // Into arrays that nothing else points to, or compilers take no vectors for it.
+    float light[3][kBlockPx];
+    for (int i = 0; i < kBlockPx; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        light[k][i] = area[k][i] * between(in.silver[k], i, in.right_weight);
       }
+      if constexpr (together) {
+        // Mean of a product less the product of the means: gradient times gradient x variance.
+        const float in_red = std::abs(dv[i]) - red_begins_;
+        const float past_green = green_ends_ - std::abs(du[i]);
+        const float red = ramp_v_(in_red), in_green = ramp_u_(past_green);
+        const float to_red = std::copysign(ramp_v_.slope(in_red), dv[i]) * variance_;
+        const float to_green =
+            -std::copysign(ramp_u_.slope(past_green), du[i]) * variance_ * (1.0F - red);
+        light[0][i] += to_red * along(in, 0, i, v_x_, v_y_);
+        light[1][i] += to_green * along(in, 1, i, u_x_, u_y_) -
+                       to_red * in_green * along(in, 1, i, v_x_, v_y_);
+        light[2][i] += -to_green * along(in, 2, i, u_x_, u_y_) -
+                       to_red * (1.0F - in_green) * along(in, 2, i, v_x_, v_y_);
+      }
+    }
+    for (int i = 0; i < kBlockPx; ++i) {
+      const float r = light[0][i], g = light[1][i], b = light[2][i];
       out_r[i] = r * p_[0][0] + g * p_[1][0] + b * p_[2][0];
       out_g[i] = r * p_[0][1] + g * p_[1][1] + b * p_[2][1];
       out_b[i] = r * p_[0][2] + g * p_[1][2] + b * p_[2][2];
@@ -160,6 +186,30 @@ class CellPattern {
   }
 
  private:
+  // Where two edges cross, their shares of a cell do not multiply: that is done in its parts.
+  static constexpr int kParts = 4;
+  static constexpr float kMeet = 1e-6F;
+  __attribute__((noinline)) void divide(float du, float dv, int cell,
+                                        float (*area)[kBlockPx]) const {
+    // A tent is two cells wide.
+    const int side = tents_ ? 2 * kParts : kParts;
+    float sum = 0, sum_red = 0, sum_green = 0;
+    for (int part = 0; part < side * side; ++part) {
+      const int row = part / side;
+      const float x =
+          (static_cast<float>(part % side) + 0.5F - 0.5F * static_cast<float>(side)) / kParts;
+      const float y = (static_cast<float>(row) + 0.5F - 0.5F * static_cast<float>(side)) / kParts;
+      const float u = du + x * u_x_ + y * u_y_, v = dv + x * v_x_ + y * v_y_;
+      const float weight = tents_ ? (1 - std::abs(x)) * (1 - std::abs(y)) : 1.0F;
+      const float red = part_v_(std::abs(v) - red_begins_);
+      sum += weight;
+      sum_red += weight * red;
+      sum_green += weight * (1.0F - red) * part_u_(green_ends_ - std::abs(u));
+    }
+    area[0][cell] = sum_red / sum;
+    area[1][cell] = sum_green / sum;
+    area[2][cell] = 1.0F - area[0][cell] - area[1][cell];
+  }
   static float between(const float* silver, int i, float right_weight) {
     return silver[i] + right_weight * (silver[i + 1] - silver[i]);
   }
@@ -169,7 +219,9 @@ class CellPattern {
            s_y * between(in.along_y[k], i, in.right_weight);
   }
   float cell_px_, u_x_, u_y_, v_x_, v_y_;
-  EdgeRamp ramp_u_, ramp_v_;
+  float variance_;  // of a cell's weight along either axis [cells^2]
+  bool tents_;
+  EdgeRamp ramp_u_, ramp_v_, part_u_, part_v_;  // of a cell, of a part of it
   float red_begins_, green_ends_;
   float p_[3][3];
 };
@@ -209,15 +261,15 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
   thread_local SilverRows rows;
   thread_local SilverOfCells of_cells;
   rows.prepare(id_, first_px, n_px, per_px);
-  const bool coarse = per_px > 1 && per_px <= kCellsThatNeedIt && strip_.on_film(y - cell) &&
-                      strip_.on_film(y + cell);
+  const bool coarse = per_px > 1 && strip_.on_film(y - cell) && strip_.on_film(y + cell);
   if (coarse) {
-    of_cells.set(rows.at(strip_, y, -1), rows.at(strip_, y, 0), rows.at(strip_, y, 1));
+    of_cells.set(rows.at(strip_, y, -1), rows.at(strip_, y, 0), rows.at(strip_, y, 1),
+                 static_cast<float>(cell), out.tents());
   }
   const SilverRow& silver = coarse ? of_cells.mean : rows.at(strip_, y, 0);
   const SilverRow& along_y = of_cells.along_y;
 
-  const CellPattern pattern(screen_, response_, cell);
+  const CellPattern pattern(screen_, response_, cell, out.tents());
   ScreenPoint from = screen_.screen_from_scan(first_px, y);
   for (int block = 0; block < n_px; block += kBlockPx) {
     const ScreenPoint to = screen_.screen_from_scan(first_px + block + kBlockPx, y);
@@ -247,9 +299,9 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
       float *const r = out.phase(0, s) + block, *const g = out.phase(1, s) + block,
                    *const b = out.phase(2, s) + block, *const i = out.phase(3, s) + block;
       if (together) {
-        pattern.render<true>(in, r, g, b, i);
+        widest([&]() RESEAU_SIM_INLINE { pattern.render<true>(in, r, g, b, i); });
       } else {
-        pattern.render<false>(in, r, g, b, i);
+        widest([&]() RESEAU_SIM_INLINE { pattern.render<false>(in, r, g, b, i); });
       }
     }
     from = to;

@@ -19,6 +19,12 @@ class EdgeRamp {
     inner_ = static_cast<float>((wide - narrow) / 2);
     gain_ = static_cast<float>(1 / (2 * wide * narrow));
   }
+  // The same over a cell whose weight falls evenly from its middle to those of its neighbours (a
+  // tent), for edges near the directions of its sides: a triangle across the edge.
+  static EdgeRamp tent(double s_x, double s_y) {
+    const double length = std::hypot(s_x, s_y);
+    return {length, length, length};
+  }
   // Mean of (s > 0) over a cell with s = d at its centre.
   [[nodiscard]] float operator()(float d) const {
     // Clamping by absolute values: compilers turn it into vector code, comparisons not.
@@ -34,6 +40,11 @@ class EdgeRamp {
   [[nodiscard]] float reach() const { return outer_; }
 
  private:
+  // Two boxes that are given, convolved.
+  EdgeRamp(double wide, double narrow, double /*both*/)
+      : outer_(static_cast<float>((wide + narrow) / 2)),
+        inner_(static_cast<float>((wide - narrow) / 2)),
+        gain_(static_cast<float>(1 / (2 * wide * narrow))) {}
   // Of the positive part.
   static float square(float t) { return 0.5F * t * (t + std::abs(t)); }
   static float twice(float t) { return t + std::abs(t); }

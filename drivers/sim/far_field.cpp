@@ -6,33 +6,46 @@
 
 #include "core/base/check.h"
 #include "drivers/sim/spline_weights.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
 namespace {
 
 constexpr int kBandRows = 16;
 constexpr int kSlitCells = 40;  // the lit slit is 1 mm high: 160 optical px
-constexpr double kReachSigmas = 3.5;
+constexpr double kReachSigmas = 4.5;
 // A cell of the map is four pairs of pixels with weights 1 3 3 1, which leaves hardly anything of
 // the detail that the map's pitch would mistake for coarse structure. Weight per pixel of its own
 // cell's pixels and of the two next to them:
 constexpr float kInner = 3.0F / 16, kOuter = 1.0F / 16;
-// Variance of that (a pair 1/3, four of them 3) and of the cubic B-spline (cells^2 / 3) [px^2].
-constexpr double kMapVariance = 10.0 / 3 + FarField::kCellPx * FarField::kCellPx / 3.0;
+void add_weighted(const float* from, float w, std::size_t n, float* to) {
+  widest([&]() RESEAU_SIM_INLINE {
+    float* __restrict const out = to;
+    for (std::size_t i = 0; i < n; ++i) out[i] += w * from[i];
+  });
+}
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
+// Second and fourth cumulant of what makes a cell of the map (a pixel, a pair of them 1 px apart,
+// three pairs 2 px apart) and of the cubic B-spline that reads it, in cells.
+constexpr double kPx = 1.0 / FarField::kCellPx;
+constexpr double kMapVariance = (1.0 / 12 + 1.0 / 4 + 3) * kPx * kPx + 4.0 / 12;
+constexpr double kMapFourth = -(1.0 / 120 + 1.0 / 8 + 6) * kPx * kPx * kPx * kPx - 4.0 / 120;
+
+// Weights of the map's cells from the middle outwards that, with these, make a Gaussian.
 std::vector<float> half_gaussian(double sigma_px) {
-  const double variance = sigma_px * sigma_px - kMapVariance;
-  const double sigma = std::sqrt(std::max(variance, 0.0)) / FarField::kCellPx;
+  const double wanted = sigma_px * kPx, sigma = std::sqrt(wanted * wanted - kMapVariance);
   const int reach = static_cast<int>(std::ceil(kReachSigmas * sigma));
+  const double fourth = -kMapFourth / (24 * sigma * sigma * sigma * sigma);
   std::vector<double> w;
   w.reserve(static_cast<std::size_t>(reach) + 1);
   double sum = 0;
   for (int i = 0; i <= reach; ++i) {
-    w.push_back(std::exp(-0.5 * i * i / (sigma * sigma)));
+    const double t2 = i * i / (sigma * sigma);
+    w.push_back(std::exp(-0.5 * t2) * (1 + fourth * ((t2 - 6) * t2 + 3)));
     sum += (i == 0 ? 1 : 2) * w.back();
   }
   std::vector<float> weights;
@@ -176,12 +189,12 @@ const FarField::Reader::Row& FarField::Reader::row(std::int64_t index) {
       for (std::int64_t k = -reach_y; k <= reach_y; ++k) {
         const float* from = mean_row(index + k, c) + skip;
         const float w = kernel.amplitude[ch] * kernel.y[static_cast<std::size_t>(std::abs(k))];
-        for (std::size_t i = 0; i < n; ++i) column_[i] += w * from[i];
+        add_weighted(from, w, n, column_.data());
       }
       for (std::int64_t k = -reach_x; k <= reach_x; ++k) {
         const float* from = column_.data() + reach_x + k;
         const float w = kernel.x[static_cast<std::size_t>(std::abs(k))];
-        for (std::size_t i = 0; i < out.size(); ++i) out[i] += w * from[i];
+        add_weighted(from, w, out.size(), out.data());
       }
     }
     if (field_.spec_.flare > 0) {

@@ -29,7 +29,7 @@ struct FarFieldSpec {
 class FarField {
  public:
   // Pitch of the map. The mean that makes a cell of it, and the cubic B-spline that reads it, are
-  // parts of the Gaussians: their variances are taken off.
+  // parts of the Gaussians: their cumulants are taken off.
   static constexpr int kCellPx = 4;
 
   FarField(std::shared_ptr<const Film> film, FarFieldSpec spec);

@@ -20,6 +20,11 @@ inline constexpr int kBlockPx = 16;
 // by phase so that neighbours in memory are one pixel apart: [channel][phase s][pixel i].
 class CellRow {
  public:
+  // Tents: a cell's weight is not even over its square but falls evenly from its middle to those of
+  // its neighbours, along either axis: the mean of even cells over a cell. Asked for where
+  // Film::Edges says that the film knows them.
+  void set_tents(bool tents) { tents_ = tents; }
+  [[nodiscard]] bool tents() const { return tents_; }
   void resize(int first_px, int n_px, int per_px) {
     first_px_ = first_px;
     n_px_ = n_px;
@@ -42,6 +47,7 @@ class CellRow {
            static_cast<std::size_t>(n_px_);
   }
   int first_px_ = 0, n_px_ = 0, per_px_ = 1;
+  bool tents_ = false;
   std::vector<float> values_;
 };
 
@@ -64,6 +70,11 @@ class Film {
     double contrast = 0.5;
     // Smallest radius of round edges, which run along both axes somewhere; 0 without.
     double radius_px = 0;
+    // Whether cells() knows the means over tents.
+    bool tents = false;
+    // Whether there is detail as fine as a third of a pixel everywhere; whether light or silver
+    // spread.
+    bool grainy = false, spreads = false;
   };
   [[nodiscard]] virtual Edges edges() const { return {}; }
   [[nodiscard]] virtual Extent extent() const = 0;

@@ -77,6 +77,20 @@ int FilmStrip::frame_at(double film_y) const {
   return static_cast<int>(std::clamp(frame, 0.0, spec_.frame.n_frames - 1.0));
 }
 
+double FilmStrip::finest_cy_per_px(double y, double x0, double x1) const {
+  const FilmPoint a = film_from_scan(x0, y), b = film_from_scan(x1, y);
+  const int frame = frame_at(a.y);
+  const Scene& scene = *scenes_[scenes_.size() == 1 ? 0 : static_cast<std::size_t>(frame)];
+  const double side = margin_px_ + spec_.frame.outside_px;
+  const double top = margin_px_ + static_cast<double>(frame) * spec_.frame.height_px;
+  // Behind a curve the mean of the light is not that of the transmittance; where light spreads it
+  // has become so smooth before that it is.
+  const bool curved = !hd_.is_identity() && spec_.emulsion.spread_um == 0;
+  constexpr double kCurved = 5;
+  return (curved ? kCurved : 1.0) *
+         scene.finest_cy_per_px(a.y - top, std::min(a.x, b.x) - side, std::max(a.x, b.x) - side);
+}
+
 void FilmStrip::silver_row(double y, double x0, const RgbRow& out) const {
   if (!on_film(y)) {
     for (const std::span<float> band : {out.r, out.g, out.b}) std::ranges::fill(band, 1.0F);
@@ -114,7 +128,7 @@ void FilmStrip::exposure_in_film(double film_y, double film_x0, double side_px,
     scene.cells(local_y - margin_px_, x0, side_px, out);
   }
   if (!taking_.is_identity && !scene.is_filtered()) apply_taking(out);
-  apply_frame(local_y, film_x0, side_px == 0 ? 1.0 : side_px, out);
+  apply_frame(local_y, film_x0, side_px, out);
 }
 
 void FilmStrip::apply_taking(const RgbRow& out) const {
@@ -131,24 +145,46 @@ void FilmStrip::apply_taking(const RgbRow& out) const {
   }
 }
 
-void FilmStrip::apply_frame(double local_y, double film_x0, double step_px,
+void FilmStrip::apply_frame(double local_y, double film_x0, double side_px,
                             const RgbRow& out) const {
   const FrameSpec& frame = spec_.frame;
   if (margin_px_ == 0) return;
+  const double step_px = side_px == 0 ? 1.0 : side_px;
   const double side = frame.outside_px;
+  const double border = kFrameEdgePx + step_px;
   const double inside_y = std::min(local_y + 0.5, frame.height_px - 0.5 - local_y);
-  const bool row_is_picture = inside_y > margin_px_ + kFrameEdgePx;
-  const double picture_begin = side + margin_px_ + kFrameEdgePx - 0.5;
-  const double picture_end = frame.width_px - 0.5 - side - margin_px_ - kFrameEdgePx;
+  const bool row_is_picture = inside_y > margin_px_ + border;
+  const double picture_begin = side + margin_px_ + border - 0.5;
+  const double picture_end = frame.width_px - 0.5 - side - margin_px_ - border;
+  struct Weights {
+    float film, picture;  // not rebate; not border either
+  };
+  // Between two sides, the mean over a cell from the values at three places.
+  const auto between = [&](double from_begin, double from_end, double cell_px) {
+    const auto weight = [&](double d) {
+      const auto at = [](double e) { return edge_weight(e); };
+      const float here = at(d);
+      if (cell_px == 0) return here;
+      return here + (at(d - cell_px) + at(d + cell_px) - 2 * here) / 24;
+    };
+    const float film = frame.rebate_px > 0 ? weight(from_begin - frame.rebate_px) *
+                                                 weight(from_end - frame.rebate_px)
+                                           : 1.0F;
+    const float picture = frame.border_px > 0
+                              ? weight(from_begin - margin_px_) * weight(from_end - margin_px_)
+                              : 1.0F;
+    return Weights{film, film * picture};
+  };
+  // Rows that are no means along y become that later.
+  const Weights row =
+      between(local_y + 0.5, frame.height_px - 0.5 - local_y, has_fine_detail() ? side_px : 0);
   for (std::size_t i = 0; i < out.r.size(); ++i) {
     const double x = film_x0 + static_cast<double>(i) * step_px;
     if (row_is_picture && x > picture_begin && x < picture_end) continue;
-    const double inside = std::min({x + 0.5 - side, frame.width_px - 0.5 - side - x, inside_y});
-    const float not_rebate = frame.rebate_px > 0 ? edge_weight(inside - frame.rebate_px) : 1.0F;
-    const float picture = frame.border_px > 0 ? edge_weight(inside - margin_px_) : not_rebate;
+    const Weights column = between(x + 0.5 - side, frame.width_px - 0.5 - side - x, side_px);
+    const float film = row.film * column.film, picture = row.picture * column.picture;
     for (const std::span<float> band : {out.r, out.g, out.b}) {
-      const float exposed = kDarkBorder + picture * (band[i] - kDarkBorder);
-      band[i] = 1.0F + not_rebate * (exposed - 1.0F);
+      band[i] = 1 - film * (1 - kDarkBorder) + picture * (band[i] - kDarkBorder);
     }
   }
 }

@@ -33,6 +33,8 @@ class FilmStrip {
   [[nodiscard]] const HdCurve& hd_curve() const { return hd_; }
   // True when pixels are too coarse for the scene: silver_row() then gives means over pixels.
   [[nodiscard]] bool has_fine_detail() const { return scenes_.front()->has_fine_detail(); }
+  // Up to which the scene has detail between two places of a row [cycles/px].
+  [[nodiscard]] double finest_cy_per_px(double y, double x0, double x1) const;
   // False where the strip has ended and the sensor sees bare light.
   [[nodiscard]] bool on_film(double y) const;
   // Along the sensor: the frames and a margin that no window at rest on a frame reaches.
@@ -48,7 +50,7 @@ class FilmStrip {
   // side_px 0: a row of pixels by Scene::row().
   void exposure_in_film(double film_y, double film_x0, double side_px, const RgbRow& out) const;
   void apply_taking(const RgbRow& out) const;
-  void apply_frame(double local_y, double film_x0, double step_px, const RgbRow& out) const;
+  void apply_frame(double local_y, double film_x0, double side_px, const RgbRow& out) const;
   [[nodiscard]] std::array<double, 3> silver_of(const std::array<double, 3>& light) const;
   void exposure(double y, double x0, double side_px, const RgbRow& out) const;
 

@@ -45,6 +45,9 @@ class ImageScene final : public Scene {
 
   void row(double y, double x0, const RgbRow& out) const override { cells(y, x0, 1.0, out); }
   [[nodiscard]] bool has_fine_detail() const override { return true; }
+  [[nodiscard]] double finest_cy_per_px(double /*y*/, double /*x0*/, double /*x1*/) const override {
+    return scale_ / 2;  // two pixels of the raster
+  }
 
   void cells(double y, double x0, double side_px, const RgbRow& out) const override {
     const double half = scale_ * side_px / 2;

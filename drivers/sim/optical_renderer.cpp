@@ -10,6 +10,7 @@
 #include "core/base/parallel.h"
 #include "drivers/sim/cell_source.h"
 #include "drivers/sim/scan_renderer.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
 namespace {
@@ -30,29 +31,40 @@ F4 load(const float* p) {
   std::memcpy(&v, p, sizeof v);
   return v;
 }
-void store(float* p, F4 v) { std::memcpy(p, &v, sizeof v); }
 F4 all(float v) { return F4{v, v, v, v}; }
+
+// Eight of them: two registers where processors have no wider ones.
+using F8 = float __attribute__((vector_size(32)));
 
 // A block of n weighted sums of rows, stride floats apart; weights: [row][4].
 template <std::size_t n>
-void block_sums(const float* rows, const std::vector<std::size_t>& slots, const float* weights,
-                float* to, std::size_t stride) {
-  for (std::size_t k = 0; k < kBlock; k += 8) {
-    F4 low[n] = {}, high[n] = {};
+RESEAU_SIM_INLINE inline void sum_block(const float* rows, const std::vector<std::size_t>& slots,
+                                        const float* weights, float* to, std::size_t stride) {
+  for (std::size_t k = 0; k < kBlock; k += 16) {
+    F8 low[n] = {}, high[n] = {};
     for (std::size_t t = 0; t < slots.size(); ++t) {
       const float* const p = rows + slots[t] + k;
-      const F4 v0 = load(p), v1 = load(p + 4);
+      F8 v0, v1;
+      std::memcpy(&v0, p, sizeof v0);
+      std::memcpy(&v1, p + 8, sizeof v1);
       const float* const w = weights + 4 * t;
       for (std::size_t r = 0; r < n; ++r) {
-        low[r] += all(w[r]) * v0;
-        high[r] += all(w[r]) * v1;
+        const F8 same{w[r], w[r], w[r], w[r], w[r], w[r], w[r], w[r]};
+        low[r] += same * v0;
+        high[r] += same * v1;
       }
     }
     for (std::size_t r = 0; r < n; ++r) {
-      store(to + r * stride + k, low[r]);
-      store(to + r * stride + k + 4, high[r]);
+      std::memcpy(to + r * stride + k, &low[r], sizeof low[r]);
+      std::memcpy(to + r * stride + k + 8, &high[r], sizeof high[r]);
     }
   }
+}
+
+template <std::size_t n>
+void block_sums(const float* rows, const std::vector<std::size_t>& slots, const float* weights,
+                float* to, std::size_t stride) {
+  widest([&]() RESEAU_SIM_INLINE { sum_block<n>(rows, slots, weights, to, stride); });
 }
 
 int floor_to_block(int x) {
@@ -153,6 +165,7 @@ OpticalRenderer::OpticalRenderer(std::shared_ptr<const Film> film, const OpticsS
   for (int c = 0; c < kChannels; ++c) transfers.emplace_back(optics_, c);
   grid_ = choose_grid(cells_used(*film_, optics, window.pitch, true), transfers,
                       optics.fewest_cells_per_px);
+  grid_.tents = takes_tents(*film_, window.pitch);
   double low = 0, high = 0;
   set_focus_range(low, high);
   FarFieldSpec far;

@@ -11,6 +11,8 @@
 namespace reseau::sim {
 namespace {
 
+constexpr double kSmoothCells =
+    0.8;  // standard deviation [cells] of a Gaussian that sums are exact for
 constexpr int kLinesPerTask = 32;
 
 int floor_to_block(int x) {
@@ -54,10 +56,13 @@ struct PlainRenderer::RowCache {
 };
 
 PlainRenderer::Kernel PlainRenderer::make_kernel(double sigma_px, double aperture_px,
-                                                 int cells_per_px) {
+                                                 int cells_per_px, bool tents) {
   // Cells are exact means, so a box over whole cells is an exact integral; the Gaussian is summed
   // at the spacing of the cells, which converges faster than any power of it.
-  const double sigma = sigma_px * cells_per_px, aperture = aperture_px * cells_per_px;
+  // Tents spread the light by 1/12 more.
+  const double variance = sigma_px * sigma_px * cells_per_px * cells_per_px;
+  const double sigma = std::sqrt(tents ? variance - 1.0 / 12 : variance);
+  const double aperture = aperture_px * cells_per_px;
   const int gauss_reach = static_cast<int>(std::ceil(4.5 * sigma));
   std::vector<double> gauss;
   for (int j = -gauss_reach; j <= gauss_reach; ++j) {
@@ -89,11 +94,13 @@ PlainRenderer::PlainRenderer(std::shared_ptr<const Film> film, const OpticsSpec&
     : film_(std::move(film)),
       window_(window),
       cells_per_px_(cells_used(*film_, optics, window.pitch, false)),
-      point_rows_(window.pitch >= 16) {
+      point_rows_(window.pitch >= 16),
+      tents_(takes_tents(*film_, window.pitch) &&
+             *std::ranges::min_element(optics.blur_px) * cells_per_px_ > kSmoothCells) {
   CHECK(film_ != nullptr && window.width_px > 0 && window.n_lines >= 0 && window.pitch >= 1);
   for (std::size_t c = 0; c < kChannels; ++c) {
     const double sigma = point_rows_ ? 0.0 : optics.blur_px[c];
-    kernels_[c] = make_kernel(sigma, point_rows_ ? 1.0 : optics.aperture_px, cells_per_px_);
+    kernels_[c] = make_kernel(sigma, point_rows_ ? 1.0 : optics.aperture_px, cells_per_px_, tents_);
     const Kernel& k = kernels_[c];
     const int past = k.first_cell + static_cast<int>(k.weights.size()) - cells_per_px_;
     const int cells = std::max(-k.first_cell, past);
@@ -114,6 +121,7 @@ void PlainRenderer::make_row(std::int64_t cell_row, RowCache& cache) const {
   const int begin = window_.x_px + active_begin_;
   const int first = floor_to_block(begin - reach_px_);
   const int end = floor_to_block(begin + n_active_ + reach_px_ + kBlockPx - 1);
+  cache.cells.set_tents(tents_);
   film_->cells(y, first, end - first, cells_per_px_, cache.cells);
 
   std::vector<float>& row = cache.slots[slot];

@@ -25,14 +25,14 @@ class PlainRenderer final : public LineRenderer {
     std::vector<float> weights;
   };
   struct RowCache;
-  static Kernel make_kernel(double sigma_px, double aperture_px, int cells_per_px);
+  static Kernel make_kernel(double sigma_px, double aperture_px, int cells_per_px, bool tents);
   void convolve_rows(int first_line, int n_lines, std::span<float> out) const;
   void make_row(std::int64_t cell_row, RowCache& cache) const;
 
   std::shared_ptr<const Film> film_;
   ScanWindow window_;
   int cells_per_px_;
-  bool point_rows_;  // so coarse a pitch that a line is a single row of cells
+  bool point_rows_, tents_;  // so coarse a pitch that a line is a single row of cells
   std::array<Kernel, kChannels> kernels_;
   int reach_px_ = 0;  // of the longest kernel
   // Optical pixels of the window that see film; the others see the opaque holder.

@@ -11,9 +11,9 @@
 namespace reseau::sim {
 namespace {
 
-constexpr double kWidestPx = 256;    // of the tail's Gaussians; the rest of the tail joins the last
-constexpr double kLeftOut = 1.5e-5;  // of a spread function, by truncating the sum
-constexpr double kCutOff = 1e-5;     // light beyond the reach of a component
+constexpr double kWidestPx = 256;  // of the tail's Gaussians; the rest of the tail joins the last
+constexpr double kLeftOut = 1e-5;  // of a spread function, by truncating the sum
+constexpr double kCutOff = 5e-6;   // light beyond the reach of a component
 constexpr int kMaxRank = 32;
 constexpr double kEdgeFrequency = 0.1;  // cycles/px
 constexpr double kFocusStep = 0.01;     // waves at the pupil's edge between tables
@@ -74,7 +74,8 @@ class Spectrum {
     if (narrow_halo) radius += 5 * transfer.halo_px();
     // Half the blur disc: 8 |W| wavelengths times f-number.
     if (transfer.has_lens()) {
-      radius += 3.5 * kWidePx + 4 * std::abs(transfer.waves(largest_um)) / transfer.cutoff();
+      radius += 3.5 * kWidePx + 3 / transfer.cutoff() +
+                4 * std::abs(transfer.waves(largest_um)) / transfer.cutoff();
     }
     period_px_ = std::max(32.0, std::ceil(2.5 * radius));
     n_ = static_cast<int>(std::ceil(highest * period_px_)) + 1;
@@ -189,6 +190,7 @@ std::vector<WideGaussian> wide_gaussians(const OpticalTransfer& transfer) {
 
 double CellGrid::transfer(double f) const {
   double t = sinc(std::numbers::pi * f / fine_per_px);
+  if (tents) t *= t;
   for (int cells = fine_per_px; cells > per_px; cells /= 2) {
     const double c = std::cos(std::numbers::pi * f / cells);
     t *= c * c * c * c * c;

@@ -14,7 +14,7 @@ struct WideGaussian {
 };
 
 // Standard deviation from which on Gaussians are wide.
-inline constexpr double kWidePx = 4.0;
+inline constexpr double kWidePx = 5.656854;
 
 // The tails of a diffraction image fall with the third power of distance, whatever the focus:
 // their law is a mixture of Gaussians of all widths. These are its members from kWidePx up, and the
@@ -26,6 +26,7 @@ inline constexpr double kWidePx = 4.0;
 // times a power of 2).
 struct CellGrid {
   int per_px = 4, fine_per_px = 4;
+  bool tents = false;  // the first cells are tents
 
   // Transfer along one axis.
   [[nodiscard]] double transfer(double f) const;

@@ -38,8 +38,10 @@ namespace {
 // to the grid: the second-order term of a step along the borders of cells, 0.242 / (12 s^2 n^2) for
 // a Gaussian of s px, is averaged over the phases that the edge passes through within the spread
 // function. A round edge passes through phases as the square of the way.
-double edge_error(double spread_px2, int n, const Film::Edges& edges) {
+double edge_error(double spread_px2, int n, const Film::Edges& edges, bool tents) {
   constexpr double kPi = std::numbers::pi;
+  // Tents leave the third-order term alone.
+  if (tents) return edges.contrast * 0.399 * 0.00802 / std::pow(spread_px2 * n * n, 1.5);
   const double phases = n * std::tan(edges.off_axes_deg * kPi / 180);  // cycles per px along it
   double share = std::exp(-2 * kPi * kPi * spread_px2 * phases * phases);
   if (edges.radius_px > 0) {
@@ -62,38 +64,47 @@ double transferred_spread_px2(const std::vector<OpticalTransfer>& transfers) {
 
 }  // namespace
 
+// What a rendering may err by, as far as it can be said beforehand.
+constexpr double kFullError = 1e-4;
+
+bool takes_tents(const Film& film, int pitch) {
+  constexpr double kNearAxes = 12;
+  const Film::Edges edges = film.edges();
+  return pitch < 4 && edges.tents && edges.off_axes_deg < kNearAxes;
+}
+
 int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full) {
   if (pitch >= 4) return 1;
   if (optics.cells_per_px > 0) {
     return full || pitch == 1 ? optics.cells_per_px : std::min(optics.cells_per_px, 2);
   }
   Film::Edges edges = film.edges();
+  const bool tents = takes_tents(film, pitch);
   if (!full) {
     if (pitch > 1) return 2;
-    // The plain optics serve where speed counts: an edge along the grid may err by four times more.
-    constexpr double kPlainError = 4e-4;
     constexpr int kMostPlain = 8;
-    edges.radius_px = 0;  // and a round one
     // The sharpest channel decides: its Gaussian and its apertures.
     const double aperture_y = optics.aperture_y_px > 0 ? optics.aperture_y_px : optics.aperture_px;
     const double sharpest = *std::ranges::min_element(optics.blur_px);
     const double aperture = std::min(optics.aperture_px, aperture_y);
     const double spread_px2 = sharpest * sharpest + aperture * aperture / 12;
-    int cells = 4;
-    while (cells < kMostPlain && edge_error(spread_px2, cells, edges) > kPlainError) cells += 2;
+    int cells = edges.contrast > 0.5 || edges.spreads || edges.grainy ? kMostPlain : 6;
+    while (cells < kMostPlain && edge_error(spread_px2, cells, edges, tents) > kFullError)
+      cells += 2;
     return cells;
   }
   std::vector<OpticalTransfer> transfers;
   transfers.reserve(kChannels);
   for (int c = 0; c < kChannels; ++c) transfers.emplace_back(optics, c);
-  // As few as leave the corners of elements below 1e-4 of a sample, and let pairs be joined.
-  constexpr int kFewest = 8, kMost = 12, kAligned = 16, kMostAligned = 24;
-  constexpr double kFullError = 1e-4;
+  // As few as keep the error below half of 1e-4 of a sample, and let pairs be joined.
+  constexpr int kFewest = 6, kFewestForSteps = 8, kMost = 12, kAligned = 16, kMostAligned = 24;
   const double spread_px2 = transferred_spread_px2(transfers);
-  int cells = kFewest;
+  const bool hard = edges.contrast > 0.5 || edges.spreads || (tents && edges.grainy);
+  int cells = hard ? kFewestForSteps : kFewest;
   while (cells < kMost && choose_grid(cells, transfers).per_px == cells) cells += 2;
-  while (cells < kAligned && edge_error(spread_px2, cells, edges) > kFullError) cells *= 2;
-  if (edge_error(spread_px2, cells, edges) > kFullError) cells = kMostAligned;
+  if (cells == kFewest && edge_error(spread_px2, cells, edges, tents) > kFullError / 2) cells = 8;
+  while (cells < kAligned && edge_error(spread_px2, cells, edges, tents) > kFullError) cells *= 2;
+  if (edge_error(spread_px2, cells, edges, tents) > kFullError) cells = kMostAligned;
   return cells;
 }
 
@@ -132,6 +143,10 @@ RenderError estimate_error(const std::shared_ptr<const Film>& film, const Optics
     error.n_samples += static_cast<int>(a.size());
   }
   error.rms = std::sqrt(squares / error.n_samples);
+  // Few samples seldom hold the worst.
+  constexpr double kLargestOverRms = 8;
+  constexpr double kTables = 1e-5;  // of spread functions, which finer cells do not show
+  error.largest = std::max(error.largest, kLargestOverRms * error.rms) + kTables;
   return error;
 }
 

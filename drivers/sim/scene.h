@@ -46,6 +46,11 @@ class Scene {
   virtual void cells(double y, double x0, double side_px, const RgbRow& out) const;
   // True when row() is too coarse for what lies behind an element: then cells() is overridden.
   [[nodiscard]] virtual bool has_fine_detail() const { return false; }
+  // Frequency up to which the scene has detail of its own within x0 .. x1 at height y [cycles/px];
+  // its cells are means whatever it is, but what an element lets through of them is not.
+  [[nodiscard]] virtual double finest_cy_per_px(double /*y*/, double /*x0*/, double /*x1*/) const {
+    return 0;
+  }
   // True when the values are exposures behind the taking filters already (light that is no mixture
   // of three primaries); otherwise they are the light in red, green and blue.
   [[nodiscard]] virtual bool is_filtered() const { return false; }
@@ -79,12 +84,12 @@ struct SceneRaster {
                                                       double angle_deg);
 
 // Neutral, 0.5 + 0.45 cos(pi f r^2 / R): the frequency grows linearly with the distance r from the
-// centre and is finest_cy_per_px at R, half the smaller side. Cells are means within
-// 0.35 f side^2 / R: 1e-4 for pixels of a full frame.
+// centre and is finest_cy_per_px at R, half the smaller side.
 [[nodiscard]] std::unique_ptr<Scene> make_zone_scene(double width_px, double height_px,
                                                      double finest_cy_per_px);
 
-// Neutral sinusoidal star, 0.5 + 0.45 cos(spokes * angle), finest at the centre.
+// Neutral sinusoidal star, 0.5 + 0.45 cos(spokes * angle), around an even disc where the spokes
+// would be finer than 1.5 cycles per px.
 [[nodiscard]] std::unique_ptr<Scene> make_star_scene(double width_px, double height_px, int spokes);
 
 // The raster, scaled to cover the picture and cropped evenly on both sides. Between the centres of

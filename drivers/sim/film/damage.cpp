@@ -154,6 +154,7 @@ void Damage::draw(const Mark& mark, double y, double x0, double step_px, const L
   const auto begin = static_cast<std::size_t>(std::clamp(std::floor(from), 0.0, n));
   const auto end = static_cast<std::size_t>(std::clamp(std::ceil(to) + 1, 0.0, n));
   const double c = std::cos(mark.angle), s = std::sin(mark.angle);
+  const float end_of = scratch ? soft_inside(mark.half_height - 1 - std::abs(dy)) : 1.0F;
   for (std::size_t i = begin; i < end; ++i) {
     const double dx = x0 + step_px * static_cast<double>(i) - centre;
     float& t = out.transmittance[i];
@@ -169,21 +170,24 @@ void Damage::draw(const Mark& mark, double y, double x0, double step_px, const L
       }
       case Kind::kHair: {
         const double r = std::hypot(dx, dy);
-        if (dx * c + dy * s > 0.3 * r) darken(soft_inside(mark.b - std::abs(r - mark.a)));
+        // An arc with soft ends.
+        const float part = soft_inside(dx * c + dy * s - 0.3 * mark.a);
+        darken(part * soft_inside(mark.b - std::abs(r - mark.a)));
         break;
       }
       case Kind::kBubble: {
         const double r = (std::hypot(dx, dy) - mark.a) / mark.b;
         const double rim = std::exp(-r * r);
-        darken(static_cast<float>(std::max(rim, r < 0 ? 0.15 : 0.0)));
+        constexpr double kInside = 0.15;
+        darken(static_cast<float>(r < 0 ? kInside + (1 - kInside) * rim : rim));
         break;
       }
       case Kind::kBaseScratch:
-        darken(soft_inside(mark.a - std::abs(dx)));
+        darken(end_of * soft_inside(mark.a - std::abs(dx)));
         break;
       case Kind::kEmulsionScratch:
-        out.bared[i] = std::max(
-            out.bared[i], static_cast<float>(mark.strength) * soft_inside(mark.a - std::abs(dx)));
+        out.bared[i] = std::max(out.bared[i], static_cast<float>(mark.strength) * end_of *
+                                                  soft_inside(mark.a - std::abs(dx)));
         break;
     }
   }

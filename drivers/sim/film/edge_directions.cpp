@@ -20,13 +20,25 @@ double off_axes_deg(double angle_deg) {
 Film::Edges edges_of(const FilmSpec& spec) {
   Film::Edges edges;
   if (spec.kind == FilmKind::kEmpty) return edges;
+  edges.grainy = spec.emulsion.grain > 0;
+  edges.spreads = spec.emulsion.spread_um > 0 || spec.emulsion.silver_spread_um > 0;
+  if (spec.scene == SceneKind::kZone || spec.scene == SceneKind::kStar ||
+      spec.scene == SceneKind::kImage) {
+    edges.contrast = 1;
+  }
   if (spec.scene == SceneKind::kEdges) {
     edges.off_axes_deg = off_axes_deg(spec.edge_angle_deg);
     edges.contrast = 1;
   }
   if (spec.kind != FilmKind::kDufay) return edges;
+  // Light passes a gap undyed and exposes the film behind it.
+  if (spec.print.overlap_um < 0 && !spec.print.dark_gaps) edges.contrast = 1;
   const ScreenGradient g = PlacedScreen(spec).scan_gradient();
   const ScreenDescription screen = describe_screen(spec.screen);
+  // A tent is known across edges near the axes; where light spreads or a scene is finer than that,
+  // films are made of even cells.
+  constexpr double kNearAxes = 35;
+  double farthest = 0;
   for (const ScreenShape& shape : screen.shapes) {
     if (shape.kind == ScreenShape::Kind::kDisc) {
       const double radius_px = shape.radius_um / spec.frame.pixel_um;
@@ -35,10 +47,13 @@ Film::Edges edges_of(const FilmSpec& spec) {
     for (const ScreenBand& band : shape.bands) {
       const double x = band.n.x * g.u_x + band.n.y * g.v_x;
       const double y = band.n.x * g.u_y + band.n.y * g.v_y;
-      edges.off_axes_deg =
-          std::min(edges.off_axes_deg, off_axes_deg(std::atan2(y, x) * 180 / std::numbers::pi));
+      const double off = off_axes_deg(std::atan2(y, x) * 180 / std::numbers::pi);
+      edges.off_axes_deg = std::min(edges.off_axes_deg, off);
+      farthest = std::max(farthest, off);
     }
   }
+  edges.tents = farthest < kNearAxes && edges.radius_px == 0 && !edges.spreads &&
+                (spec.scene == SceneKind::kChart || spec.scene == SceneKind::kNatural);
   return edges;
 }
 

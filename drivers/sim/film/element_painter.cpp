@@ -42,6 +42,7 @@ struct ElementPainter::Shape {
   std::array<float, 4> px_of{};             // x and y of one period of u, of v
   std::array<float, 4> per_cell{};          // change of u and v over a cell along x, along y
   float cell_px = 0;
+  bool tents = false;
 };
 
 struct ElementPainter::Cover {
@@ -113,7 +114,7 @@ void ElementPainter::place(double y, int first_px, Block& block) const {
   fit(v, block.cubic_v);
 }
 
-void ElementPainter::ramps(const ScreenGradient& g, double cell_px,
+void ElementPainter::ramps(const ScreenGradient& g, double cell_px, bool tents,
                            std::vector<Shape>& shapes) const {
   const double det = g.u_x * g.v_y - g.u_y * g.v_x;
   for (Shape& shape : shapes) {
@@ -122,13 +123,15 @@ void ElementPainter::ramps(const ScreenGradient& g, double cell_px,
                    static_cast<float>(-g.u_y / det), static_cast<float>(g.u_x / det)};
     shape.per_cell = {static_cast<float>(g.u_x * cell_px), static_cast<float>(g.v_x * cell_px),
                       static_cast<float>(g.u_y * cell_px), static_cast<float>(g.v_y * cell_px)};
+    shape.tents = tents;
     shape.ramps.clear();
     shape.fine_ramps.clear();
     shape.per_px.clear();
     for (const ScreenBand& band : shape.shape->bands) {
       const double x = band.n.x * g.u_x + band.n.y * g.v_x;
       const double y = band.n.x * g.u_y + band.n.y * g.v_y;
-      shape.ramps.emplace_back(x * cell_px, y * cell_px);
+      shape.ramps.push_back(tents ? EdgeRamp::tent(x * cell_px, y * cell_px)
+                                  : EdgeRamp(x * cell_px, y * cell_px));
       shape.fine_ramps.emplace_back(x * cell_px / kFine, y * cell_px / kFine);
       shape.per_px.push_back(static_cast<float>(std::hypot(x, y)));
     }
@@ -172,16 +175,20 @@ float ElementPainter::cover_polygon(const Shape& s, float du, float dv, float gr
   int edges = 0;
   const float whole = product(du, dv, s.ramps, edges);
   if (edges < 2 || whole == 0) return whole;
-  float sum = 0;
-  for (int j = 0; j < kFine; ++j) {
-    const float y = (static_cast<float>(j) + 0.5F) / kFine - 0.5F;
-    for (int i = 0; i < kFine; ++i) {
-      const float x = (static_cast<float>(i) + 0.5F) / kFine - 0.5F;
-      sum += product(du + x * s.per_cell[0] + y * s.per_cell[2],
-                     dv + x * s.per_cell[1] + y * s.per_cell[3], s.fine_ramps, edges);
+  float sum = 0, weights = 0;
+  const int side = s.tents ? 2 * kFine : kFine;  // a tent is two cells wide
+  const float middle = 0.5F * static_cast<float>(side);
+  for (int j = 0; j < side; ++j) {
+    const float y = (static_cast<float>(j) + 0.5F - middle) / kFine;
+    for (int i = 0; i < side; ++i) {
+      const float x = (static_cast<float>(i) + 0.5F - middle) / kFine;
+      const float weight = s.tents ? (1 - std::abs(x)) * (1 - std::abs(y)) : 1.0F;
+      weights += weight;
+      sum += weight * product(du + x * s.per_cell[0] + y * s.per_cell[2],
+                              dv + x * s.per_cell[1] + y * s.per_cell[3], s.fine_ramps, edges);
     }
   }
-  return sum / (kFine * kFine);
+  return sum / weights;
 }
 
 void ElementPainter::cover(Shape& s, const Block& block, const float* u, const float* v,
@@ -317,7 +324,67 @@ void ElementPainter::paint_beside(const Shape& shape, const Cover& cover,
   }
 }
 
-void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRow& out) const {
+void ElementPainter::paint(std::vector<Shape>& shapes, const Block& block, const float* u,
+                           const float* v, float (*areas)[kBlockPx], bool* meet) const {
+  for (std::size_t k = 0; k < sets_.size(); ++k) {
+    std::fill_n(areas[k], kBlockPx, sets_[k] == 1 << description_.ground ? 1.0F : 0.0F);
+  }
+  Cover covered;
+  for (Shape& shape : shapes) {
+    cover(shape, block, u, v, covered);
+    if (meet != nullptr) find_meetings(covered, areas, meet);
+    if (!shape.shape->across) {
+      paint_beside(shape, covered, areas);
+    } else {
+      paint_across(shape, covered, areas);
+    }
+  }
+}
+
+// Cells in which an edge of the shape meets another that was painted before.
+void ElementPainter::find_meetings(const Cover& cover, const float (*areas)[kBlockPx],
+                                   bool* meet) const {
+  constexpr float kPart = 1e-3F;
+  for (std::size_t i = 0; i < kBlockPx; ++i) {
+    const float outer = cover.outer[i];
+    if (outer < kPart || cover.inner[i] > 1 - kPart) continue;
+    float largest = 0;
+    for (std::size_t k = 0; k < sets_.size(); ++k) largest = std::max(largest, areas[k][i]);
+    meet[i] = meet[i] || largest < 1 - kPart;
+  }
+}
+
+// The mean of kFine x kFine parts of the cell at (u, v), of four times as many of a tent.
+void ElementPainter::divide(std::vector<Shape>& fine, const Block& block, float u, float v,
+                            bool tent, std::size_t cell, float (*areas)[kBlockPx]) const {
+  static_assert(kFine * kFine == kBlockPx);
+  const std::array<float, 4>& step = fine.front().per_cell;
+  float sums[kDyeSets] = {}, weights = 0;
+  for (int quarter = 0; quarter < (tent ? 4 : 1); ++quarter) {
+    std::array<float, kBlockPx> at_u{}, at_v{}, weight{};
+    for (int part = 0; part < kBlockPx; ++part) {
+      const int row = part / kFine;
+      // From the middle, in parts.
+      float x = static_cast<float>(part % kFine) + 0.5F, y = static_cast<float>(row) + 0.5F;
+      x -= tent && quarter % 2 == 1 ? kFine : tent ? 0.0F : 0.5F * kFine;
+      y -= tent && quarter / 2 == 1 ? kFine : tent ? 0.0F : 0.5F * kFine;
+      const auto p = static_cast<std::size_t>(part);
+      at_u[p] = u + x * step[0] + y * step[2];
+      at_v[p] = v + x * step[1] + y * step[3];
+      weight[p] = tent ? (kFine - std::abs(x)) * (kFine - std::abs(y)) : 1.0F;
+      weights += weight[p];
+    }
+    float parts[kDyeSets][kBlockPx];
+    paint(fine, block, at_u.data(), at_v.data(), parts, nullptr);
+    for (std::size_t k = 0; k < sets_.size(); ++k) {
+      for (std::size_t p = 0; p < kBlockPx; ++p) sums[k] += weight[p] * parts[k][p];
+    }
+  }
+  for (std::size_t k = 0; k < sets_.size(); ++k) areas[k][cell] = sums[k] / weights;
+}
+
+void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRow& out,
+                           bool tents) const {
   CHECK(first_px % kBlockPx == 0 && n_px % kBlockPx == 0 && per_px >= 1);
   const auto n_sets = static_cast<int>(sets_.size());
   out.resize(first_px, n_px, per_px, n_sets);
@@ -326,9 +393,14 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
   for (const ScreenShape& shape : description_.shapes) {
     shapes.emplace_back(&shape, PrintingNoise(print_, mix64(seed_, shapes.size())));
   }
-  ramps(screen_.scan_gradient(), cell_px, shapes);
+  std::vector<Shape> fine = shapes;  // of parts of a cell
+  const bool divides = shapes.size() > 1 || print_.overlap_um != 0;
+  const auto set_ramps = [&](const ScreenGradient& gradient) {
+    ramps(gradient, cell_px, tents, shapes);
+    if (divides) ramps(gradient, cell_px / kFine, false, fine);
+  };
+  set_ramps(screen_.scan_gradient());
   Block block;
-  Cover covered;
   std::array<float, kBlockPx> u{}, v{};
   float areas[kDyeSets][kBlockPx];
   for (int px = 0; px < n_px; px += kBlockPx) {
@@ -339,7 +411,7 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
                         r = screen_.screen_from_scan(x + step, y),
                         b = screen_.screen_from_scan(x, y - step),
                         a = screen_.screen_from_scan(x, y + step);
-      ramps({(r.u - l.u) / 2, (a.u - b.u) / 2, (r.v - l.v) / 2, (a.v - b.v) / 2}, cell_px, shapes);
+      set_ramps({(r.u - l.u) / 2, (a.u - b.u) / 2, (r.v - l.v) / 2, (a.v - b.v) / 2});
     }
     for (int s = 0; s < per_px; ++s) {
       const double offset = cell_offset_px(s, per_px);
@@ -361,17 +433,10 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
           v[i] = static_cast<float>(cv[0] + t * (cv[1] + t * (cv[2] + t * cv[3])));
         }
       }
-      for (int k = 0; k < n_sets; ++k) {
-        const bool ground = sets_[static_cast<std::size_t>(k)] == 1 << description_.ground;
-        std::fill_n(areas[k], kBlockPx, ground ? 1.0F : 0.0F);
-      }
-      for (Shape& shape : shapes) {
-        cover(shape, block, u.data(), v.data(), covered);
-        if (!shape.shape->across) {
-          paint_beside(shape, covered, areas);
-        } else {
-          paint_across(shape, covered, areas);
-        }
+      std::array<bool, kBlockPx> meet{};
+      paint(shapes, block, u.data(), v.data(), areas, divides ? meet.data() : nullptr);
+      for (std::size_t i = 0; i < kBlockPx && divides; ++i) {
+        if (meet[i]) divide(fine, block, u[i], v[i], tents, i, areas);
       }
       for (int k = 0; k < n_sets; ++k) std::copy_n(areas[k], kBlockPx, out.phase(k, s) + px);
     }

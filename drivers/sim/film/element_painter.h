@@ -29,7 +29,7 @@ class ElementPainter {
   [[nodiscard]] const ScreenDescription& description() const { return description_; }
   // Fractions of the area of every cell; they sum to 1. first_px and n_px are multiples of
   // kBlockPx. Values depend on the place only.
-  void areas(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
+  void areas(double y, int first_px, int n_px, int per_px, PlaneRow& out, bool tents = false) const;
 
  private:
   struct Block;
@@ -38,13 +38,19 @@ class ElementPainter {
   struct Shape;
   struct Cover;
   void place(double y, int first_px, Block& block) const;
-  void ramps(const ScreenGradient& g, double cell_px, std::vector<Shape>& shapes) const;
+  void ramps(const ScreenGradient& g, double cell_px, bool tents, std::vector<Shape>& shapes) const;
   void cover(Shape& shape, const Block& block, const float* u, const float* v, Cover& out) const;
   void cover_disc(const Shape& shape, float du, float dv, float grow_px, float& inner,
                   float& outer) const;
   [[nodiscard]] float cover_polygon(const Shape& shape, float du, float dv, float grow_px) const;
   void paint_across(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
   void paint_beside(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
+
+  void paint(std::vector<Shape>& shapes, const Block& block, const float* u, const float* v,
+             float (*areas)[16], bool* meet) const;
+  void find_meetings(const Cover& cover, const float (*areas)[16], bool* meet) const;
+  void divide(std::vector<Shape>& fine, const Block& block, float u, float v, bool tent,
+              std::size_t cell, float (*areas)[16]) const;
 
   PlacedScreen screen_;
   ScreenDescription description_;

@@ -5,25 +5,24 @@
 #include <span>
 #include <vector>
 
-#include "drivers/sim/film/log_table.h"
-
 namespace reseau::sim {
 
-// Multiplies transmittances by exp(s n - s^2 / 2) with n a random field of unit variance on the
-// film: cubic B-splines on a square grid of knots, spectrum sinc^8(f knot) per axis. The mean
-// transmittance stays. s grows with the root of the density D (Nutting 1913: a layer of opaque
-// grains of area a has a variance of density of 0.434 a D over a unit of area), so that the mean
-// over a square pixel has the relative rms `amount` sqrt(D). Immutable, thread-safe; the field
-// depends on seed and place only.
+// A texture m = exp(q n - q^2 / 2) - 1 with n a random field of unit variance on the film: cubic
+// B-splines on a square grid of knots, spectrum sinc^8(f knot) per axis. Silver of transmittance T
+// becomes T + g(T) m: its mean stays. g = T a sqrt(D), so that the mean over a square pixel has the
+// relative rms `amount` sqrt(D) at density D (Nutting 1913: a layer of opaque grains of area a has
+// a variance of density of 0.434 a D over a unit of area). m depends on the place alone and is
+// smooth over less than a knot: its mean over any cell is known. Immutable, thread-safe.
 class Grain {
  public:
   // amount: relative rms of a pixel's transmittance at density 1; knot_px: spacing of the knots.
   Grain(double amount, double knot_px, std::uint64_t seed);
 
   [[nodiscard]] bool is_off() const { return amount_ == 0; }
-  // Factor for silver of transmittance silver[i] at film position (x0 + i * step_px, y).
-  void factors(double y, double x0, double step_px, std::span<const float> silver,
-               std::span<float> factor) const;
+  // m at film positions (x0 + i * step_px, y).
+  void texture(double y, double x0, double step_px, std::span<float> out) const;
+  // g of every transmittance; as many of both.
+  void depths(std::span<const float> silver, std::span<float> depth) const;
   // The field itself.
   void field(double y, double x0, double step_px, std::span<float> out) const;
   // Standard deviation of the mean of the field over a square pixel.
@@ -35,7 +34,8 @@ class Grain {
   std::uint64_t seed_, id_;
   double gain_ = 1;  // to unit variance
   double pixel_rms_ = 1;
-  LogTable strength_;  // s as a function of the transmittance
+  float contrast_ = 0;   // q
+  float per_depth_ = 0;  // a, where densities are powers of 2
 };
 
 }  // namespace reseau::sim

@@ -11,6 +11,8 @@
 #include "core/base/check.h"
 #include "drivers/sim/film/edge_directions.h"
 #include "drivers/sim/hash.h"
+#include "drivers/sim/smooth_step.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
 namespace {
@@ -20,41 +22,20 @@ DyeSpec faded_dyes(DyeSpec dyes) {
   return dyes;
 }
 
-// Smaller cells are exact enough by the product of their means.
-constexpr int kCellsThatNeedIt = 12;
+constexpr int kMostLevels = 3;        // of cells divided by 2 along each side
+constexpr double kWholeCells = 0.54;  // cycles per px of a scene that cells hold as they are
 
 std::uint64_t next_film() {
   static std::atomic<std::uint64_t> last{0};
   return ++last;
 }
 
-// Adds 1/12 of the product of two changes per cell, from the values in the cells before and after.
-void add_products(const float* a0, const float* a1, const float* t0, const float* t1, std::size_t n,
-                  float* to) {
-  for (std::size_t i = 0; i < n; ++i) to[i] += (a1[i] - a0[i]) * (t1[i] - t0[i]) * (1.0F / 48);
-}
-
-// Fraction of a cell centred at x that lies at smaller coordinates than `edge`.
-float part_below(double edge, double x, double cell_px) {
-  return static_cast<float>(std::clamp((edge - x) / cell_px + 0.5, 0.0, 1.0));
-}
-
 }  // namespace
 
-// What a row of cells is made of.
-struct ScreenFilm::Made {
-  std::int64_t row = INT64_MIN;
-  PlaneRow areas, silver;  // silver behind each set of dyes, or one field
-};
-
-// One row of cells in the making, and those around it. One per thread.
 struct ScreenFilm::Rows {
-  std::uint64_t film = 0;
-  int first_px = 0, n_px = 0, per_px = 0;
-  std::array<Made, 4> made;
-  PlaneRow light;             // of each set of dyes: area x silver
-  std::vector<float> silver;  // of each cell, all channels' [phase][pixel]
-  std::vector<float> faded, factor, transmittance, bared, stain;
+  LightRows light;
+  CellRow fine;  // cells that were divided
+  std::vector<float> faded, stain;
 };
 
 ScreenFilm::ScreenFilm(const FilmSpec& spec)
@@ -71,115 +52,108 @@ ScreenFilm::ScreenFilm(const FilmSpec& spec)
       edges_(edges_of(spec)),
       id_(next_film()) {
   CHECK(spec.kind != FilmKind::kEmpty);
+  if (!silver_.spreads() || !strip_.has_fine_detail()) return;
+  constexpr int kPlaces = 9, kMostSpread = 2;
+  for (int j = 0; j < kPlaces; ++j) {
+    const double y = (spec.frame.height_px - 1.0) * j / (kPlaces - 1);
+    for (int px = 0; px < spec.frame.width_px; px += kBlockPx) {
+      spread_level_ = std::min(std::max(spread_level_, level_at(y, px)), kMostSpread);
+    }
+  }
 }
 
 double ScreenFilm::height_um(double x, double /*y*/) const { return screen_.height_um(x); }
 
-ScreenFilm::Rows& ScreenFilm::rows_of_thread() {
-  thread_local Rows rows;
-  return rows;
+ScreenFilm::Rows& ScreenFilm::rows_of_thread(int level) {
+  thread_local std::array<Rows, kMostLevels + 1> rows;
+  return rows[static_cast<std::size_t>(level)];
+}
+
+FilmLayers ScreenFilm::layers() const {
+  return {strip_, painter_.get(), silver_, grain_, damage_, spec_.mirrored, id_};
 }
 
 void ScreenFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out) const {
-  silver_cells(y, first_px, n_px, per_px, out);
+  CHECK(first_px % kBlockPx == 0 && n_px % kBlockPx == 0 && per_px >= 1);
+  out.resize(first_px, n_px, per_px);
+  render_divided(y, true, out);
   if (!strip_.on_film(y)) return;
-  apply_damage(y, rows_of_thread(), out);
+  if (damage_.has_stains()) apply_stains(y, rows_of_thread(0), out);
   if (spec_.frame.outside_px > 0) apply_film_edge(out);
 }
 
 void ScreenFilm::silver_cells(double y, int first_px, int n_px, int per_px, CellRow& out) const {
   CHECK(first_px % kBlockPx == 0 && n_px % kBlockPx == 0 && per_px >= 1);
   out.resize(first_px, n_px, per_px);
+  render_divided(y, false, out);
+}
+
+void ScreenFilm::render(double y, int level, bool harm, CellRow& out) const {
   if (!strip_.on_film(y)) {
-    for (int c = 0; c < kChannels; ++c) std::fill_n(out.phase(c, 0), n_px * per_px, 1.0F);
-    return;
-  }
-  Rows& rows = rows_of_thread();
-  join_rows(y, rows, out);
-  mix(y, rows, out);
-  if (!grain_.is_off()) apply_grain(y, rows, out);
-}
-
-const ScreenFilm::Made& ScreenFilm::made(Rows& rows, double y, int below,
-                                         const CellRow& out) const {
-  // A block more on both sides: every cell of the row has neighbours.
-  const int first_px = out.first_px() - kBlockPx, n_px = out.n_px() + 2 * kBlockPx;
-  const int per_px = out.per_px();
-  if (rows.film != id_ || rows.first_px != first_px || rows.n_px != n_px || rows.per_px != per_px) {
-    rows.film = id_;
-    rows.first_px = first_px;
-    rows.n_px = n_px;
-    rows.per_px = per_px;
-    for (Made& each : rows.made) each.row = INT64_MIN;
-  }
-  const std::int64_t j = std::llround((y + 0.5) * per_px - 0.5) + below;
-  Made& row = rows.made[static_cast<std::size_t>(j & 3)];
-  if (row.row == j) return row;
-  row.row = j;
-  const double at = (static_cast<double>(j) + 0.5) / per_px - 0.5;
-  if (silver_.spreads()) {
-    silver_.field(at, first_px, n_px, per_px, row.silver);
-  } else {
-    silver_.behind_sets(at, first_px, n_px, per_px, row.silver);
-  }
-  if (painter_ != nullptr) silver_.areas(at, first_px, n_px, per_px, row.areas);
-  return row;
-}
-
-void ScreenFilm::join_rows(double y, Rows& rows, const CellRow& out) const {
-  const int per_px = out.per_px();
-  const double cell = 1.0 / per_px;
-  const bool coarse = per_px > 1 && per_px <= kCellsThatNeedIt && strip_.on_film(y - cell) &&
-                      strip_.on_film(y + cell);
-  // In ascending order, as the rings of the emulsion like it.
-  const Made* const above = coarse ? &made(rows, y, -1, out) : nullptr;
-  const Made& here = made(rows, y, 0, out);
-  const Made* const below = coarse ? &made(rows, y, 1, out) : nullptr;
-  const int n_sets = painter_ == nullptr ? 1 : static_cast<int>(painter_->sets().size());
-  const auto n = static_cast<std::size_t>(out.n_px());
-  // A scene without fine detail is known at the middles of cells; a field is a mean already.
-  const float bend = !silver_.spreads() && !strip_.has_fine_detail() ? 1.0F / 24 : 0.0F;
-  rows.light.resize(out.first_px(), out.n_px(), per_px, n_sets);
-  for (int k = 0; k < n_sets; ++k) {
-    const auto silver = [&](const Made& row, int s) {
-      return row.silver.phase(silver_.spreads() ? 0 : k, s) + kBlockPx;
-    };
-    const auto area = [k](const Made& row, int s) { return row.areas.phase(k, s) + kBlockPx; };
-    for (int s = 0; s < per_px; ++s) {
-      float* const to = rows.light.phase(k, s);
-      std::copy_n(silver(here, s), n, to);
-      if (coarse) {
-        const float *const t = silver(here, s), *const t0 = silver(*above, s),
-                           *const t1 = silver(*below, s);
-        for (std::size_t i = 0; i < n; ++i) to[i] += bend * (t0[i] - 2 * t[i] + t1[i]);
-      }
-      if (painter_ == nullptr) continue;
-      const float* const a = area(here, s);
-      for (std::size_t i = 0; i < n; ++i) to[i] *= a[i];
-      if (!coarse) continue;
-      // Gradient times gradient / 12, each half a difference over two cells. The cells left and
-      // right may belong to the neighbouring pixel.
-      const int left = s == 0 ? per_px - 1 : s - 1, right = s + 1 == per_px ? 0 : s + 1;
-      const int from_left = s == 0 ? 1 : 0, from_right = s + 1 == per_px ? 1 : 0;
-      add_products(area(*above, s), area(*below, s), silver(*above, s), silver(*below, s), n, to);
-      add_products(area(here, left) - from_left, area(here, right) + from_right,
-                   silver(here, left) - from_left, silver(here, right) + from_right, n, to);
+    for (int c = 0; c < kChannels; ++c) {
+      std::fill_n(out.phase(c, 0), out.n_px() * out.per_px(), 1.0F);
     }
+    return;
+  }
+  Rows& rows = rows_of_thread(level);
+  const FilmLayers film = layers();
+  mix(y, rows.light.row(film, y, {out.first_px(), out.n_px(), out.per_px(), out.tents()}, harm),
+      rows, out);
+}
+
+int ScreenFilm::level_at(double y, int px) const {
+  const double finest = strip_.finest_cy_per_px(y, px - 0.5, px + kBlockPx - 0.5);
+  int level = 0;
+  while (level < kMostLevels && finest > kWholeCells * (1 << level)) ++level;
+  return level;
+}
+
+void ScreenFilm::render_divided(double y, bool harm, CellRow& out) const {
+  const int per_px = out.per_px();
+  // Maps of stray light need no more than their cells.
+  const bool divides = strip_.has_fine_detail() && per_px > 2 && painter_ != nullptr;
+  // Rows of light that spreads are made once, the others are divided where they have to be.
+  if (!divides || spread_level_ == 0) render(y, 0, harm, out);
+  if (!divides || !strip_.on_film(y)) return;
+  const auto level_of = [&](int block) {
+    return silver_.spreads() ? spread_level_ : level_at(y, out.first_px() + block);
+  };
+  for (int begin = 0; begin < out.n_px();) {
+    const int level = level_of(begin);
+    int end = begin + kBlockPx;
+    while (end < out.n_px() && level_of(end) == level) end += kBlockPx;
+    if (level > 0) {
+      const int parts = 1 << level;
+      CellRow& fine = rows_of_thread(level).fine;
+      fine.resize(out.first_px() + begin, end - begin, per_px * parts);
+      const auto share = static_cast<float>(1.0 / (parts * parts));
+      for (int j = 0; j < parts; ++j) {
+        render(y + ((j + 0.5) / parts - 0.5) / per_px, level, harm, fine);
+        for (int c = 0; c < kChannels; ++c) {
+          for (int s = 0; s < per_px; ++s) {
+            float* const to = out.phase(c, s) + begin;
+            if (j == 0) std::fill_n(to, end - begin, 0.0F);
+            for (int k = 0; k < parts; ++k) {
+              const float* const from = fine.phase(c, s * parts + k);
+              for (int i = 0; i < end - begin; ++i) to[i] += share * from[i];
+            }
+          }
+        }
+      }
+    }
+    begin = end;
   }
 }
 
-void ScreenFilm::mix(double y, Rows& rows, CellRow& out) const {
+void ScreenFilm::mix(double y, const PlaneRow& light_of, Rows& rows, CellRow& out) const {
   const auto n = static_cast<std::size_t>(out.n_px());
-  rows.silver.assign(n * static_cast<std::size_t>(out.per_px()), 0.0F);
-  for (int c = 0; c < kChannels; ++c) {
-    std::fill_n(out.phase(c, 0), rows.silver.size(), 0.0F);
-  }
   if (painter_ == nullptr) {
-    const float* silver = rows.light.plane(0);
-    std::copy_n(silver, rows.silver.size(), rows.silver.data());
-    for (int c = 0; c < kChannels; ++c) std::copy_n(silver, rows.silver.size(), out.phase(c, 0));
+    for (int c = 0; c < kChannels; ++c) {
+      std::copy_n(light_of.plane(0), light_of.plane_size(), out.phase(c, 0));
+    }
     return;
   }
+  for (int c = 0; c < kChannels; ++c) std::fill_n(out.phase(c, 0), light_of.plane_size(), 0.0F);
   const bool fades = damage_.has_faded();
   if (fades) {
     rows.faded.resize(n);
@@ -195,18 +169,19 @@ void ScreenFilm::mix(double y, Rows& rows, CellRow& out) const {
       more[c] = static_cast<float>(faded_response_[set][c] - response_[set][c]);
     }
     for (int s = 0; s < out.per_px(); ++s) {
-      const float* of_set = rows.light.phase(static_cast<int>(k), s);
-      float* silver = rows.silver.data() + static_cast<std::size_t>(s) * n;
+      const float* of_set = light_of.phase(static_cast<int>(k), s);
       float *r = out.phase(0, s), *g = out.phase(1, s), *b = out.phase(2, s), *i = out.phase(3, s);
       const float* faded = fades ? rows.faded.data() : nullptr;
-      for (std::size_t x = 0; x < n; ++x) {
-        const float light = of_set[x];
-        silver[x] += light;
-        r[x] += light * p[0];
-        g[x] += light * p[1];
-        b[x] += light * p[2];
-        i[x] += light * p[3];
-      }
+      widest([&]() RESEAU_SIM_INLINE {
+        float* __restrict const to_r = r, * __restrict const to_g = g, * __restrict const to_b = b, * __restrict const to_i = i;
+        for (std::size_t x = 0; x < n; ++x) {
+          const float light = of_set[x];
+          to_r[x] += light * p[0];
+          to_g[x] += light * p[1];
+          to_b[x] += light * p[2];
+          to_i[x] += light * p[3];
+        }
+      });
       if (faded == nullptr) continue;
       for (std::size_t x = 0; x < n; ++x) {
         const float light = of_set[x] * faded[x];
@@ -219,71 +194,49 @@ void ScreenFilm::mix(double y, Rows& rows, CellRow& out) const {
   }
 }
 
-void ScreenFilm::apply_grain(double y, Rows& rows, CellRow& out) const {
+void ScreenFilm::apply_stains(double y, Rows& rows, CellRow& out) const {
   const auto n = static_cast<std::size_t>(out.n_px());
-  const auto per = static_cast<std::size_t>(out.per_px());
-  // The field runs along the film cell after cell, the row is kept by phases.
-  thread_local std::vector<float> in_order;
-  in_order.resize(n * per);
-  rows.factor.resize(n * per);
-  for (std::size_t s = 0; s < per; ++s) {
-    for (std::size_t x = 0; x < n; ++x) in_order[x * per + s] = rows.silver[s * n + x];
-  }
-  const double x0 = film_x(out.first_px() + cell_offset_px(0, out.per_px()));
-  grain_.factors(y, x0, direction() / out.per_px(), in_order, rows.factor);
-  for (std::size_t s = 0; s < per; ++s) {
-    for (std::size_t x = 0; x < n; ++x) in_order[s * n + x] = rows.factor[x * per + s];
-  }
-  for (int c = 0; c < kChannels; ++c) {
-    float* to = out.phase(c, 0);
-    for (std::size_t x = 0; x < n * per; ++x) to[x] *= in_order[x];
-  }
-}
-
-void ScreenFilm::apply_damage(double y, Rows& rows, CellRow& out) const {
-  constexpr float kDarkest = 0.003F;  // silver that a scratch still uncovers
-  const auto n = static_cast<std::size_t>(out.n_px());
-  const auto per = static_cast<std::size_t>(out.per_px());
-  if (damage_.has_stains()) {
-    rows.stain.resize(n);
-    damage_.stained(y, std::min(film_x(out.first_px()), film_x(out.first_px() + out.n_px() - 1)),
-                    rows.stain);
-    if (spec_.mirrored) std::ranges::reverse(rows.stain);
-    for (std::size_t c = 0; c < 3; ++c) {
-      for (int s = 0; s < out.per_px(); ++s) {
-        float* to = out.phase(static_cast<int>(c), s);
-        for (std::size_t x = 0; x < n; ++x) to[x] *= 1 - Damage::kStain[c] * rows.stain[x];
-      }
-    }
-  }
-  if (!damage_.has_local()) return;
-  rows.transmittance.resize(n * per);
-  rows.bared.resize(n * per);
-  const double x0 = film_x(out.first_px() + cell_offset_px(0, out.per_px()));
-  if (!damage_.local(y, x0, direction() / out.per_px(), {rows.transmittance, rows.bared})) return;
-  for (std::size_t s = 0; s < per; ++s) {
-    for (std::size_t x = 0; x < n; ++x) {
-      const float bared = rows.bared[x * per + s];
-      const float silver = std::max(rows.silver[s * n + x], kDarkest);
-      const float factor = rows.transmittance[x * per + s] * (1 + bared * (1 / silver - 1));
-      for (int c = 0; c < kChannels; ++c) out.phase(c, 0)[s * n + x] *= factor;
+  rows.stain.resize(n);
+  damage_.stained(y, std::min(film_x(out.first_px()), film_x(out.first_px() + out.n_px() - 1)),
+                  rows.stain);
+  if (spec_.mirrored) std::ranges::reverse(rows.stain);
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (int s = 0; s < out.per_px(); ++s) {
+      float* to = out.phase(static_cast<int>(c), s);
+      for (std::size_t x = 0; x < n; ++x) to[x] *= 1 - Damage::kStain[c] * rows.stain[x];
     }
   }
 }
 
+// Cut with a slant: the film ends softly, so that its end is known wherever it lies.
 void ScreenFilm::apply_film_edge(CellRow& out) const {
-  const double cell = 1.0 / out.per_px();
+  constexpr double kCutPx = 2;
   const double left = spec_.frame.outside_px - 0.5;
   const double right = spec_.frame.width_px - 0.5 - spec_.frame.outside_px;
-  for (int s = 0; s < out.per_px(); ++s) {
-    for (int i = 0; i < out.n_px(); ++i) {
-      const double x = out.first_px() + i + cell_offset_px(s, out.per_px());
-      if (x > left + cell && x < right - cell) continue;
-      const float film = part_below(right, x, cell) - part_below(left, x, cell);
-      for (int c = 0; c < kChannels; ++c) {
-        float& value = out.phase(c, s)[i];
-        value = 1 + film * (value - 1);
+  const int per_px = out.per_px(), n = out.n_px() * per_px;
+  const double cell = 1.0 / per_px;
+  const float variance = out.tents() ? 1.0F / 6 : 1.0F / 12;
+  const auto film_at = [&](double x) {
+    return smooth_step(static_cast<float>(std::min(x - left, right - x) / kCutPx));
+  };
+  std::array<float, kChannels> before{};  // the cell to the left, as it was
+  for (int k = 0; k < n; ++k) {
+    const int i = k / per_px, s = k % per_px, after = std::min(k + 1, n - 1);
+    const double x = out.first_px() + i + cell_offset_px(s, per_px);
+    const bool whole = x > left + kCutPx && x < right - kCutPx;
+    const float here = whole ? 1 : film_at(x);
+    const float film0 = whole ? 1 : film_at(x - cell), film1 = whole ? 1 : film_at(x + cell);
+    for (int c = 0; c < kChannels; ++c) {
+      float& value = out.phase(c, s)[i];
+      const float was = value, next = out.phase(c, after % per_px)[after / per_px];
+      float& left_of_it = before[static_cast<std::size_t>(c)];
+      if (k == 0) left_of_it = was;
+      if (!whole) {
+        // Means of film and value, and what both change together.
+        value = 1 + (here + (film0 + film1 - 2 * here) * variance / 2) * (was - 1) +
+                (film1 - film0) * (next - left_of_it) * variance / 4;
       }
+      left_of_it = was;
     }
   }
 }

@@ -9,14 +9,16 @@
 #include "drivers/sim/film/element_painter.h"
 #include "drivers/sim/film/element_response.h"
 #include "drivers/sim/film/grain.h"
+#include "drivers/sim/film/light_rows.h"
 #include "drivers/sim/film/silver_layer.h"
 #include "drivers/sim/film_strip.h"
 
 namespace reseau::sim {
 
-// Transmittance of a cell = sum over the sets of dyes of their area x silver behind them x what
-// the light of the channel sees of the dyes, with what area and silver change together; then grain,
-// harm and the edge of the film. Without a réseau (FilmKind::kPlain) silver only, the same in all
+// Transmittance of a cell = sum over the sets of dyes of their area x silver behind them, with its
+// grain and harm and with what area and silver change together, x what the light of the channel
+// sees of the dyes; then stains and the edge of the film. Where the scene is finer than cells can
+// hold they are divided further. Without a réseau (FilmKind::kPlain) silver only, the same in all
 // bands. FILM.md derives the model.
 class ScreenFilm final : public Film {
  public:
@@ -38,20 +40,21 @@ class ScreenFilm final : public Film {
 
  private:
   struct Rows;
-  struct Made;
-  // Areas and silver of the row of cells nearest to y, or `below` rows from it.
-  const Made& made(Rows& rows, double y, int below, const CellRow& out) const;
-  // Adds what the product of two means lacks to the mean of the product; turns silver that is known
-  // at the middles of the cells into means over them.
-  void join_rows(double y, Rows& rows, const CellRow& out) const;
-  static Rows& rows_of_thread();
-  void mix(double y, Rows& rows, CellRow& out) const;
-  void apply_grain(double y, Rows& rows, CellRow& out) const;
-  void apply_damage(double y, Rows& rows, CellRow& out) const;
+  // One per division of cells and thread.
+  static Rows& rows_of_thread(int level);
+  // A row of cells as it is asked for, of any fineness.
+  void render(double y, int level, bool harm, CellRow& out) const;
+  // The same, cells divided where the scene is too fine for them.
+  void render_divided(double y, bool harm, CellRow& out) const;
+  // How often, in the block of pixels from px on.
+  [[nodiscard]] int level_at(double y, int px) const;
+  void mix(double y, const PlaneRow& light, Rows& rows, CellRow& out) const;
+  void apply_stains(double y, Rows& rows, CellRow& out) const;
   void apply_film_edge(CellRow& out) const;
   // Film position of scan position x, and the step along the film per step of the scan.
   [[nodiscard]] double film_x(double x) const { return strip_.film_from_scan(x, 0).x; }
   [[nodiscard]] double direction() const { return spec_.mirrored ? -1.0 : 1.0; }
+  [[nodiscard]] FilmLayers layers() const;
 
   FilmSpec spec_;
   FilmStrip strip_;
@@ -62,7 +65,8 @@ class ScreenFilm final : public Film {
   Grain grain_;
   Damage damage_;
   Edges edges_;
-  std::uint64_t id_;  // of this film among all that ever were
+  int spread_level_ = 0;  // of all cells where the light of fine scenes spreads in the emulsion
+  std::uint64_t id_;      // of this film among all that ever were
 };
 
 }  // namespace reseau::sim

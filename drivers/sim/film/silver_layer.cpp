@@ -108,7 +108,8 @@ const PlaneRow& SilverLayer::painted(double y, int first_px, int n_px, int per_p
   return rows.slots[slot];
 }
 
-void SilverLayer::areas(double y, int first_px, int n_px, int per_px, PlaneRow& out) const {
+void SilverLayer::areas(double y, int first_px, int n_px, int per_px, PlaneRow& out,
+                        bool tents) const {
   const Painted& rows = painted_of_thread();
   const double at = (y + 0.5) * per_px - 0.5;
   const std::int64_t j = std::llround(at);
@@ -128,7 +129,7 @@ void SilverLayer::areas(double y, int first_px, int n_px, int per_px, PlaneRow& 
       return;
     }
   }
-  painter_->areas(y, first_px, n_px, per_px, out);
+  painter_->areas(y, first_px, n_px, per_px, out, tents);
 }
 
 void SilverLayer::exposure_behind_sets(double y, int first_px, int n_px, int per_px,

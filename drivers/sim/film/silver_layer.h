@@ -27,7 +27,7 @@ class SilverLayer {
   void field(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
 
   // Areas of the sets of dyes as painter->areas(); rows that field() needed are not painted twice.
-  void areas(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
+  void areas(double y, int first_px, int n_px, int per_px, PlaneRow& out, bool tents) const;
 
  private:
   enum class Stage { kExposure, kSilver };

@@ -114,12 +114,18 @@ TEST(Grain, HasItsSizeAtDensityOneAndKeepsTheMean) {
   for (const double density : {1.0, 0.25}) {
     constexpr int kPixels = 128, kPer = 4;
     const auto t = static_cast<float>(std::pow(10.0, -density));
-    std::vector<float> silver(static_cast<std::size_t>(kPixels * kPer), t), factor(silver.size());
+    std::vector<float> silver(static_cast<std::size_t>(kPixels * kPer), t), factor(silver.size()),
+        depth(silver.size());
+    grain.depths(silver, depth);
     double sum = 0, squares = 0;
     for (int row = 0; row < kPixels; ++row) {
       std::vector<double> pixel(kPixels, 0.0);
       for (int k = 0; k < kPer; ++k) {
-        grain.factors(row + cell_offset_px(k, kPer), 0, 1.0 / kPer, silver, factor);
+        grain.texture(row + cell_offset_px(k, kPer), 0, 1.0 / kPer, factor);
+        for (std::size_t i = 0; i < factor.size(); ++i) {
+          ASSERT_GT(factor[i], -1) << "silver stays positive";
+          factor[i] = 1 + depth[i] / t * factor[i];
+        }
         for (std::size_t i = 0; i < factor.size(); ++i) {
           pixel[i / kPer] += static_cast<double>(factor[i]) / (kPer * kPer);
         }
@@ -137,9 +143,9 @@ TEST(Grain, HasItsSizeAtDensityOneAndKeepsTheMean) {
     EXPECT_NEAR(mean, 1, 4e-3);
     EXPECT_NEAR(rms, kAmount * std::sqrt(density), 0.05 * kAmount);
   }
-  std::vector<float> clear(64, 1.0F), factor(64);
-  grain.factors(3, 0, 0.25, clear, factor);
-  for (const float f : factor) EXPECT_NEAR(f, 1, 1e-5);  // no silver, no grain
+  std::vector<float> clear(64, 1.0F), depth(64);
+  grain.depths(clear, depth);
+  for (const float d : depth) EXPECT_NEAR(d, 0, 1e-5);  // no silver, no grain
 }
 
 TEST(Grain, IsCorrelatedOverItsSizeAndNotBeyond) {

@@ -137,8 +137,8 @@ TEST(OpticsRefinement, SlantedEdgeIsItsIntegral) {
   for (const Case& c : cases()) {
     for (const double angle : {0.0, 4.7, 23.0, 45.0, 90.0}) {
       const Errors e = edge_errors(c, angle, 0);
-      EXPECT_LT(e.rms, 1e-4) << c.name << " at " << angle;
-      EXPECT_LT(e.largest, 2.5e-4) << c.name << " at " << angle;
+      EXPECT_LT(e.rms, 6e-5) << c.name << " at " << angle;
+      EXPECT_LT(e.largest, 1e-4) << c.name << " at " << angle;
       worst_rms = std::max(worst_rms, e.rms);
       worst = std::max(worst, e.largest);
     }
@@ -194,7 +194,7 @@ TEST(OpticsRefinement, SinusoidIsScaledByTheTransferFunction) {
     }
   }
   std::printf("sinusoids from 0.005 to 0.8 cycles/px: largest error %.1e\n", worst);
-  EXPECT_LT(worst, 3e-4);
+  EXPECT_LT(worst, 1e-4);
 }
 
 // Astigmatism: the transfer by brute force over the pupil.

@@ -1,0 +1,268 @@
+#include "drivers/sim/film/light_rows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "drivers/sim/film.h"
+#include "drivers/sim/widest.h"
+
+namespace reseau::sim {
+namespace {
+
+// Adds the variance of a cell's weight x the product of two changes per cell, from the values in
+// the cells before and after.
+void add_products(const float* a0, const float* a1, const float* t0, const float* t1, std::size_t n,
+                  float variance, float* to) {
+  const float gain = variance / 4;
+  widest([&]() RESEAU_SIM_INLINE {
+    float* __restrict const out = to;
+    for (std::size_t i = 0; i < n; ++i) out[i] += (a1[i] - a0[i]) * (t1[i] - t0[i]) * gain;
+  });
+}
+
+// Along either axis [cells^2].
+float variance_of(const CellRange& cells) { return cells.tents ? 1.0F / 6 : 1.0F / 12; }
+
+void by_phases(const float* from, std::size_t n_px, std::size_t per_px, std::vector<float>& out) {
+  out.resize(n_px * per_px);
+  for (std::size_t s = 0; s < per_px; ++s) {
+    for (std::size_t i = 0; i < n_px; ++i) out[s * n_px + i] = from[i * per_px + s];
+  }
+}
+
+// Means over cells from the values at the middles of three rows of them, cell after cell; laid out
+// by phases. The first and the last cell keep their value.
+void means_of(const float* above, const float* here, const float* below, std::size_t n_px,
+              std::size_t per_px, float variance, std::vector<float>& out) {
+  const float bend = variance / 2;
+  const std::size_t n = n_px * per_px;
+  thread_local std::vector<float> in_order;
+  in_order.resize(n);
+  widest([&]() RESEAU_SIM_INLINE {
+    float* __restrict const to = in_order.data();
+    for (std::size_t i = 1; i + 1 < n; ++i) {
+      const float around = (above[i] + below[i]) + (here[i - 1] + here[i + 1]);
+      to[i] = here[i] + (around - 4 * here[i]) * bend;
+    }
+  });
+  in_order.front() = here[0];
+  in_order.back() = here[n - 1];
+  by_phases(in_order.data(), n_px, per_px, out);
+}
+
+}  // namespace
+
+const LightRows::Made& LightRows::made(std::int64_t row) {
+  Made& made = made_[static_cast<std::size_t>(row & 7)];
+  if (made.row == row) return made;
+  made.row = row;
+  const double y = height_of(row);
+  const auto& [first_px, n_px, per_px, tents] = cells_;
+  if (film_->silver.spreads()) {
+    film_->silver.field(y, first_px, n_px, per_px, made.silver);
+  } else {
+    film_->silver.behind_sets(y, first_px, n_px, per_px, made.silver);
+  }
+  if (film_->painter != nullptr) {
+    film_->silver.areas(y, first_px, n_px, per_px, made.areas, tents);
+  }
+  return made;
+}
+
+const LightRows::Texture& LightRows::texture(std::int64_t row) {
+  Texture& t = textures_[static_cast<std::size_t>(row & 3)];
+  if (t.row == row) return t;
+  t.row = row;
+  const auto n = static_cast<std::size_t>(cells_.n_px) * static_cast<std::size_t>(cells_.per_px);
+  const double y = height_of(row), step = (film_->mirrored ? -1.0 : 1.0) / cells_.per_px;
+  const double first = cells_.first_px + cell_offset_px(0, cells_.per_px);
+  const double x = film_->strip.film_from_scan(first, y).x;
+  t.harmed = false;
+  if (harm_ && film_->damage.has_local()) {
+    t.whole.resize(n);
+    t.bared.resize(n);
+    t.harmed = film_->damage.local(y, x, step, {t.whole, t.bared});
+  }
+  if (t.harmed) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const float lets = t.whole[i];
+      t.whole[i] = lets * (1 - t.bared[i]);
+      t.bared[i] *= lets;
+    }
+  }
+  if (!film_->grain.is_off()) {
+    t.grain.resize(n);
+    film_->grain.texture(y, x, step, t.grain);
+    if (t.harmed) {
+      for (std::size_t i = 0; i < n; ++i) t.grain[i] *= t.whole[i];
+    }
+  }
+  return t;
+}
+
+// Silver T whose grain makes it T + g(T) m, of which harm leaves w (1 where there is none) and a
+// scratch bares b: T w + g(T) (m w) + b. T changes slowly against these; their means are taken.
+void LightRows::apply_texture(std::int64_t row, PlaneRow& silver) {
+  const Texture& here = texture(row);
+  const Texture* const above = coarse_ ? &texture(row - 1) : &here;
+  const Texture* const below = coarse_ ? &texture(row + 1) : &here;
+  const bool harmed = here.harmed || above->harmed || below->harmed;
+  const bool grainy = !film_->grain.is_off();
+  const auto n_px = static_cast<std::size_t>(cells_.n_px);
+  const auto per_px = static_cast<std::size_t>(cells_.per_px);
+  const auto n = n_px * per_px;
+  const auto mean = [&](std::vector<float> Texture::*of, bool one_if_whole,
+                        std::vector<float>& out) {
+    bare_.assign(n, one_if_whole ? 1.0F : 0.0F);
+    const bool always = of == &Texture::grain;
+    const auto values = [&](const Texture& t) {
+      return always || t.harmed ? (t.*of).data() : bare_.data();
+    };
+    if (coarse_) {
+      means_of(values(*above), values(here), values(*below), n_px, per_px, variance_of(cells_),
+               out);
+    } else {
+      by_phases(values(here), n_px, per_px, out);
+    }
+  };
+  if (grainy) mean(&Texture::grain, false, means_[0]);
+  if (harmed) {
+    mean(&Texture::whole, true, means_[1]);
+    mean(&Texture::bared, false, means_[2]);
+  }
+  if (!grainy && !harmed) return;
+  const int n_planes = film_->silver.spreads() || film_->painter == nullptr
+                           ? 1
+                           : static_cast<int>(film_->painter->sets().size());
+  depth_.resize(n);
+  for (int k = 0; k < n_planes; ++k) {
+    float* const t = silver.plane(k);
+    if (grainy) film_->grain.depths({t, n}, depth_);
+    if (harmed) {
+      const float *const whole = means_[1].data(), *const bared = means_[2].data();
+      for (std::size_t i = 0; i < n; ++i) t[i] = t[i] * whole[i] + bared[i];
+    }
+    if (grainy) {
+      const float *const m = means_[0].data(), *const depth = depth_.data();
+      widest([&]() RESEAU_SIM_INLINE {
+        float* __restrict const silvered = t;
+        for (std::size_t i = 0; i < n; ++i) silvered[i] += depth[i] * m[i];
+      });
+    }
+  }
+}
+
+// Between pixels the silver is straight: even cells lie in one such part, tents reach over its end.
+void LightRows::bend_across(const PlaneRow& silver, int n_planes, PlaneRow& to) const {
+  const auto n = static_cast<std::size_t>(cells_.n_px);
+  for (int k = 0; k < n_planes; ++k) {
+    for (int s = 0; s < cells_.per_px; ++s) {
+      const bool first = s == 0, last = s + 1 == cells_.per_px;
+      const float* const here = silver.phase(k, s);
+      const float* const left = silver.phase(k, first ? cells_.per_px - 1 : s - 1);
+      const float* const right = silver.phase(k, last ? 0 : s + 1);
+      float* const out = to.phase(k, s);
+      for (std::size_t i = 1; i + 1 < n; ++i) {
+        const float around = left[first ? i - 1 : i] + right[last ? i + 1 : i];
+        out[i] += (around - 2 * here[i]) * (1.0F / 24);
+      }
+    }
+  }
+}
+
+const LightRows::Finished& LightRows::finished(std::int64_t row) {
+  Finished& to = finished_[static_cast<std::size_t>(row & 3)];
+  if (to.row == row) return to;
+  to.row = row;
+  const auto& [first_px, n_px, per_px, tents] = cells_;
+  // A scene without fine detail is known at the middles of rows of cells; a field is a mean.
+  const bool bends = coarse_ && !film_->silver.spreads() && !film_->strip.has_fine_detail();
+  const Made* const above = bends ? &made(row - 1) : nullptr;
+  const Made& here = made(row);
+  const Made* const below = bends ? &made(row + 1) : nullptr;
+  const int n_planes = film_->silver.spreads() || film_->painter == nullptr
+                           ? 1
+                           : static_cast<int>(film_->painter->sets().size());
+  to.silver.resize(first_px, n_px, per_px, n_planes);
+  const std::size_t n = static_cast<std::size_t>(n_planes) * to.silver.plane_size();
+  const float* const t = here.silver.plane(0);
+  float* const out = to.silver.plane(0);
+  if (bends) {
+    const float *const t0 = above->silver.plane(0), *const t1 = below->silver.plane(0);
+    const float bend = variance_of(cells_) / 2;
+    widest([&]() RESEAU_SIM_INLINE {
+      float* __restrict const mean = out;
+      for (std::size_t i = 0; i < n; ++i) mean[i] = t[i] + (t0[i] - 2 * t[i] + t1[i]) * bend;
+    });
+    if (tents) bend_across(here.silver, n_planes, to.silver);
+  } else {
+    std::copy_n(t, n, out);
+  }
+  apply_texture(row, to.silver);
+  return to;
+}
+
+const PlaneRow& LightRows::row(const FilmLayers& film, double y, const CellRange& cells,
+                               bool harm) {
+  const CellRange wider{cells.first_px - kBlockPx, cells.n_px + 2 * kBlockPx, cells.per_px,
+                        cells.tents};
+  // Far cells look at their neighbours for the sake of the order of the method, single ones do not.
+  const double side = 1.0 / cells.per_px;
+  const bool coarse =
+      cells.per_px > 1 && film.strip.on_film(y - 2 * side) && film.strip.on_film(y + 2 * side);
+  film_ = &film;
+  if (id_ != film.id || cells_ != wider || harm_ != harm || coarse_ != coarse) {
+    id_ = film.id;
+    cells_ = wider;
+    harm_ = harm;
+    coarse_ = coarse;
+    for (Made& each : made_) each.row = INT64_MIN;
+    for (Texture& each : textures_) each.row = INT64_MIN;
+    for (Finished& each : finished_) each.row = INT64_MIN;
+  }
+  const std::int64_t row = std::llround((y + 0.5) * cells.per_px - 0.5);
+  // In ascending order, as the rings of the emulsion like it.
+  const Finished* const above = coarse ? &finished(row - 1) : nullptr;
+  const Finished& here = finished(row);
+  const Finished* const below = coarse ? &finished(row + 1) : nullptr;
+  const int n_sets = film.painter == nullptr ? 1 : static_cast<int>(film.painter->sets().size());
+  const auto n = static_cast<std::size_t>(cells.n_px);
+  const int per_px = cells.per_px;
+  light_.resize(cells.first_px, cells.n_px, per_px, n_sets);
+  for (int k = 0; k < n_sets; ++k) {
+    const int plane = plane_of(k);
+    const auto silver = [&](const Finished& of, int s) {
+      return of.silver.phase(plane, s) + kBlockPx;
+    };
+    for (int s = 0; s < per_px; ++s) {
+      float* const to = light_.phase(k, s);
+      const float* const t = silver(here, s);
+      if (film.painter == nullptr) {
+        std::copy_n(t, n, to);
+        continue;
+      }
+      const auto area = [&](std::int64_t of, int phase) {
+        return made(of).areas.phase(k, phase) + kBlockPx;
+      };
+      const float* const a = area(row, s);
+      widest([&]() RESEAU_SIM_INLINE {
+        float* __restrict const product = to;
+        for (std::size_t i = 0; i < n; ++i) product[i] = a[i] * t[i];
+      });
+      if (!coarse) continue;
+      // Gradient times gradient / 12, each half a difference over two cells. The cells left and
+      // right may belong to the neighbouring pixel.
+      const int left = s == 0 ? per_px - 1 : s - 1, right = s + 1 == per_px ? 0 : s + 1;
+      const int from_left = s == 0 ? 1 : 0, from_right = s + 1 == per_px ? 1 : 0;
+      add_products(area(row - 1, s), area(row + 1, s), silver(*above, s), silver(*below, s), n,
+                   variance_of(cells), to);
+      add_products(area(row, left) - from_left, area(row, right) + from_right,
+                   silver(here, left) - from_left, silver(here, right) + from_right, n,
+                   variance_of(cells), to);
+    }
+  }
+  return light_;
+}
+
+}  // namespace reseau::sim
