@@ -70,7 +70,13 @@ std::string name_of(const UsbIdentity& identity, const usbip::DeviceDescription&
 
 void export_unit(const ExportOptions& options, const ExportTalk& talk,
                  const std::stop_token& stop) {
-  const std::unique_ptr<UsbTransport> unit = sim::open_simulated_unit(options.device_name);
+  const sim::SimSpec spec = sim::parse_sim_spec(options.device_name);
+  if (sim::is_scsi_model(spec)) {
+    throw InputError(
+        "This model has no USB: it is a unit of FireWire or SCSI. Export ls40, ls50, ls5000 or one "
+        "of the Reflecta and Braun models.");
+  }
+  const std::unique_ptr<UsbTransport> unit = sim::open_simulated_unit(spec);
   usbip::ExportedDevice device(description_of(unit->identity()), *unit);
   const usbip::ListenSocket listener(options.listen);
   if (listener.open_to_others()) {

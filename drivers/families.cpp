@@ -1,11 +1,13 @@
 #include "drivers/families.h"
 
+#include <string>
 #include <string_view>
 #include <utility>
 
 #include "drivers/coolscan/coolscan.h"
 #include "drivers/coolscan/explain.h"
 #include "drivers/coolscan/models.h"
+#include "drivers/pieusb/commands.h"
 #include "drivers/pieusb/models.h"
 #include "drivers/pieusb/pieusb.h"
 #include "drivers/scsi/scsi_as_usb.h"
@@ -52,7 +54,11 @@ std::unique_ptr<Scanner> open_family(std::unique_ptr<UsbTransport> usb,
 }
 
 ReplayTransport::Decoder command_decoder() {
-  return {coolscan::name_of_command, coolscan::source_of};
+  return {coolscan::name_of_command, coolscan::source_of,
+          [](ByteView cdb) { return pieusb::describe(Cdb(cdb)); },
+          [](ByteView /*cdb*/) {
+            return std::string("SANE's pieusb backend; s6stkurz/reflecta-rps-7200, protocol.md");
+          }};
 }
 
 }  // namespace reseau

@@ -99,8 +99,10 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
   // The options are looked at before any device is touched.
   as_failure(Doing::kReadingOptions, [&] { static_cast<void>(job.scan.request()); });
   const std::filesystem::path directory = job.place.directory();
-  std::optional<PreparedDirectory> prepared;
+  std::optional<PreparedDirectory> prepared, prepared_record;
   if (!job.dont_scan) prepared.emplace(directory);
+  const std::filesystem::path record_folder = std::filesystem::path(job.record).parent_path();
+  if (!job.dont_scan && !record_folder.empty()) prepared_record.emplace(record_folder);
 
   Opened opened = open_device(job, reporter);
   Scanner& scanner = *opened.device.scanner;

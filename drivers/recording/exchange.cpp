@@ -14,8 +14,8 @@ namespace {
 constexpr std::byte kPhaseQuery{0xD0};
 constexpr std::byte kStatusRequest{0x06};
 
-// Ports of a PIE bridge: the sequence that opens the command port, the port itself, its status.
-constexpr std::uint8_t kKnockPort = 0x88, kBridgeCommandPort = 0x85, kBridgeStatusPort = 0x84;
+// Its status.
+constexpr std::uint8_t kBridgeStatusPort = 0x84;
 
 std::uint8_t port_of(const UsbTransfer& transfer) { return u8_at(*transfer.setup, 2); }
 
@@ -95,7 +95,7 @@ void ExchangeReader::take_bridge_command(Exchange& exchange, UsbTransfer transfe
   for (bool first = true; next; first = false) {
     const bool bulk = next->type == UsbTransferType::kBulk;
     const bool vendor = next->setup && is_vendor_request(*next->setup);
-    const bool knocks = vendor && !next->in() && port_of(*next) == kKnockPort;
+    const bool knocks = vendor && !next->in() && port_of(*next) == kBridgeKnockPort;
     const bool begun = !exchange.command.empty() || !exchange.status.empty();
     if (!first && ((knocks && begun) || !next->comment.empty())) break;
     exchange.last_packet = next->packet_number;
@@ -149,7 +149,7 @@ std::optional<Exchange> ExchangeReader::next() {
     exchange.ended_us = transfer->ended_us;
     exchange.phase = phase_;
     exchange.transfer_status = transfer->status;
-    if (writes_bridge_port(*transfer) && port_of(*transfer) == kKnockPort) {
+    if (writes_bridge_port(*transfer) && port_of(*transfer) == kBridgeKnockPort) {
       exchange.number = ++n_exchanges_;
       take_bridge_command(exchange, std::move(*transfer));
       return exchange;

@@ -167,6 +167,11 @@ void ReplayTransport::control_out(const ControlRequest& request, std::span<const
       !std::equal(data.begin(), data.end(), recorded.data.begin(), recorded.data.end())) {
     differ(recorded, asked);
   }
+  if (writes_bridge_port(recorded)) {
+    if (request.value == kBridgeKnockPort) bridge_.clear();
+    if (request.value == kBridgeCommandPort)
+      bridge_.insert(bridge_.end(), data.begin(), data.end());
+  }
   finish(recorded, data.size());
 }
 
@@ -228,7 +233,28 @@ void ReplayTransport::differ(const UsbTransfer& recorded, const std::string& ask
     text += " It belongs to the command " + decode_.name(command) + ".";
   }
   if (!command.empty() && decode_.source) text += " See: " + decode_.source(command) + ".";
+  if (command.empty()) text += bridge_command_text(recorded);
   end({DeviceError::Kind::kProtocol, text, path_.string()});
+}
+
+std::string ReplayTransport::bridge_command_text(const UsbTransfer& recorded) {
+  constexpr std::size_t kCdbBytes = 6;
+  const auto for_command = [](const UsbTransfer& transfer) {
+    return writes_bridge_port(transfer) && u8_at(*transfer.setup, 2) == kBridgeCommandPort;
+  };
+  Bytes cdb = bridge_;
+  const bool is_new = cdb.size() < kCdbBytes;
+  std::optional<UsbTransfer> next = recorded;
+  while (next && cdb.size() < kCdbBytes && for_command(*next)) {
+    cdb.insert(cdb.end(), next->data.begin(), next->data.end());
+    next = next_of_device();
+  }
+  if (cdb.size() < kCdbBytes || !decode_.bridge_name) return {};
+  cdb.resize(kCdbBytes);
+  std::string text = is_new ? " The recorded command is " : " It belongs to the command ";
+  text += decode_.bridge_name(cdb) + ".";
+  if (decode_.bridge_source) text += " See: " + decode_.bridge_source(cdb) + ".";
+  return text;
 }
 
 void ReplayTransport::end(DeviceError error) {

@@ -29,6 +29,8 @@ class ReplayTransport final : public UsbTransport {
   struct Decoder {
     std::function<std::string(ByteView cdb)> name;
     std::function<std::string(ByteView cdb)> source;  // where its form is described
+    // The same for the six bytes of a command that came through the ports of a bridge.
+    std::function<std::string(ByteView cdb)> bridge_name, bridge_source;
   };
   // Throws InputError for a file without commands, std::system_error when it cannot be opened.
   ReplayTransport(const std::filesystem::path& path, VirtualClock& clock, Decoder decode);
@@ -61,6 +63,8 @@ class ReplayTransport final : public UsbTransport {
   [[noreturn]] void differ(const UsbTransfer& recorded, const std::string& asked,
                            ByteView sent = {});
   [[noreturn]] void end(DeviceError error);
+  // The command of a bridge that a transfer belongs to, read on in the recording where it is new.
+  [[nodiscard]] std::string bridge_command_text(const UsbTransfer& recorded);
   [[nodiscard]] std::string describe(const UsbTransfer& transfer) const;
   [[nodiscard]] std::string describe_out(ByteView data) const;
 
@@ -77,6 +81,7 @@ class ReplayTransport final : public UsbTransport {
   TimePoint clock_start_;
   std::string phase_;
   Bytes command_;  // the last one that was the same on both sides
+  Bytes bridge_;   // what the command port was sent since it was opened
   long n_transfers_ = 0;
   std::function<void(Duration)> pace_;
 };

@@ -164,6 +164,25 @@ TEST(FilmE2e, PreviewMakesItsFolder) {
   EXPECT_EQ(names_in(dir / "new/deep"), (std::vector<std::string>{"strip.png"}));
 }
 
+TEST(FilmE2e, ARecordingMakesItsFolder) {
+  const TempDir dir;
+  const ProcessResult result =
+      reseau({"scan", "-d", kUnit, "--resolution", "500dpi", "-x", "2mm", "-y", "2mm", "-o",
+              dir / "scans", "--no-reconstruct", "--record", dir / "sessions/box3.pcapng"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(reseau({"session", "check", dir / "sessions/box3.pcapng"}).exit_code, 0);
+}
+
+TEST(FilmE2e, OnlyUnitsWithUsbAreExported) {
+  const TempDir dir;
+  for (const std::string model : {"ls9000", "ls30"}) {
+    const ProcessResult result =
+        reseau({"simulate", "--usbip", "unix:" + (dir / "s").string(), "--model", model});
+    EXPECT_EQ(result.exit_code, 64);
+    EXPECT_THAT(result.err, HasSubstr("has no USB"));
+  }
+}
+
 TEST(FilmE2e, WhatDoesNotBeginLeavesNoFolderBehind) {
   const TempDir dir;
   for (const std::string device : {"sim:nonsense", "usb:04b0:4999", "sim:ls5000?film=empty"}) {

@@ -318,6 +318,38 @@ TEST_F(Sessions, AReplayThatDiffersNamesByteCommandAndSource) {
   }
 }
 
+TEST_F(Sessions, AReplayOfAPieUnitThatDiffersNamesTheCommand) {
+  const auto clock = std::make_shared<VirtualClock>();
+  ScanRequest request;
+  request.resolution_dpi = 300;
+  request.area = {3.0, 4.0, 4.0, 3.0};
+  request.exposure.mode = ExposureRequest::Mode::kFixed;
+  {
+    auto usb = std::make_unique<RecordingTransport>(
+        sim::open_simulated_unit("sim:crystalscan3600?noise=0&film=none"), *clock, file_,
+        SessionHeader{"sim:crystalscan3600", "2026-11-24T00:00:00Z", ""});
+    (void)scan_of(*open_family(std::move(usb), clock, {"sim:test", "2026-11-24T00:00:00Z"}),
+                  request);
+  }
+  const auto difference = [&] {
+    try {
+      (void)scan_of(*open_scanner("replay:" + file_.string(), {}).scanner, request);
+    } catch (const DeviceError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  request.area.left_mm = 5.0;  // another byte of a command's data
+  for (const char* const part : {"phase \"scan\"", "It belongs to the command WRITE, 14 bytes [0A",
+                                 "See: SANE's pieusb backend"}) {
+    EXPECT_NE(difference().find(part), std::string::npos) << part << " in " << difference();
+  }
+  request.area.left_mm = 3.0;
+  request.exposure.mode = ExposureRequest::Mode::kMeter;  // other commands in other places
+  request.depth_bits = 8;
+  EXPECT_NE(difference().find("command"), std::string::npos) << difference();
+}
+
 TEST_F(Sessions, AReplayTakesFaultsByPositionAndAPace) {
   const Outcome live = record(file_);
   OpenOptions options;
