@@ -193,9 +193,16 @@ class Follower {
       std::erase_if(samples, [&](const auto& sample) { return !trusts(result, sample.p_in_scan); });
       const LineError line = fit.map.line_error();
       MapFit better = fit_smooth(samples, finest_px_);
+      // Few samples may not prove again what was proven: film that bends within a tile does not
+      // turn flat from one look to the next.
+      if (small_ && !fit.levels.flat() && better.residual_px > 2 * fit.residual_px)
+        better = fit_map(samples, cells_.width_px(), cells_.height_px(), finest_px_, flat_px(),
+                         &fit.levels);
       if (!better.usable) break;
       better.map = better.map.with_line_error(line);
-      if (better.residual_px > flat_px() || !better.map.is_affine()) {
+      // Nor do its bends pass for a stage where splines follow them.
+      const bool bends = small_ && better.residual_px < kSharpBendPx && !better.map.is_affine();
+      if (!bends && (better.residual_px > flat_px() || !better.map.is_affine())) {
         const LineFit found = look_for_lines(fit.map, screen, samples, better.map);
         if (!found.error.none()) {
           result.line_gain = std::max(result.line_gain, found.gain);

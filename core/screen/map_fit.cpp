@@ -124,7 +124,7 @@ ScatteredValues leftovers(const std::vector<PhaseSample>& samples, const Affine&
 }  // namespace
 
 MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px,
-               double finest_px, double flat_px) {
+               double finest_px, double flat_px, const SurfaceLevels* known) {
   MapFit fit;
   if (samples.size() < 6) return fit;
   const double scale = std::max(width_px, height_px);
@@ -143,7 +143,9 @@ MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height
   for (int round = 0; round < kRobustRounds; ++round) {
     ScatteredValues u = leftovers(samples, affine, weights.u, true);
     ScatteredValues v = leftovers(samples, affine, weights.v, false);
-    if (round < kChoosingRounds) {
+    if (known != nullptr) {
+      levels = *known;
+    } else if (round < kChoosingRounds) {
       levels = surface_levels(width_px, height_px, finest_px);
       if (rms_px(samples, affine, weights) > flat_px) {
         choose_levels({&u, &v}, width_px, height_px, levels);
@@ -193,6 +195,7 @@ MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height
     sum_weights += weight;
   }
   fit.residual_px = sum_weights > 0 ? std::sqrt(sum / sum_weights) : 0;
+  fit.levels = levels;
   MapErrorModel& errors = fit.error_model;
   double n_parameters = 3;
   if (!levels.flat()) {

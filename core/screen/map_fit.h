@@ -6,6 +6,7 @@
 #include "core/screen/map_uncertainty.h"
 #include "core/screen/phase_samples.h"
 #include "core/screen/screen_map.h"
+#include "core/screen/spline_surface.h"
 
 namespace reseau {
 
@@ -15,6 +16,7 @@ struct MapFit {
   int n_used = 0;
   int n_outliers = 0;
   bool usable = false;
+  SurfaceLevels levels;  // of the splines in use
   // For MapUncertainty: the samples as they were weighed in the end, and what they leave.
   std::vector<PlacedInfo> placed;
   MapErrorModel error_model;
@@ -24,8 +26,9 @@ struct MapFit {
 // by cubic B-splines from coarse to fine whose levels those blocks choose. Needs at least 6
 // samples.
 // Levels finer than finest_px are not tried, and none where the affine map leaves less than
-// flat_px.
+// flat_px. `known`: levels to be used instead of a choice.
 [[nodiscard]] MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px,
-                             double finest_px, double flat_px);
+                             double finest_px, double flat_px,
+                             const SurfaceLevels* known = nullptr);
 
 }  // namespace reseau

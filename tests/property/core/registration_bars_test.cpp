@@ -42,5 +42,14 @@ TEST(RegistrationBars, FilmThatBendsWithinATileIsFollowed) {
   EXPECT_LT(result.lit_rms_px, 0.15);
 }
 
+// The same behind saturated patches, where a part once slipped by two periods and claimed to be
+// right.
+TEST(RegistrationBars, NoPartOfABentFilmSlipsByAPeriod) {
+  const RegistrationScore result =
+      score("width_px=600&height_px=600&scene=chart&angle=23&warp_px=4&warp_length_px=90");
+  EXPECT_LT(result.lit_rms_px, 0.06);
+  EXPECT_LT(result.worst_z, 12);
+}
+
 }  // namespace
 }  // namespace reseau
