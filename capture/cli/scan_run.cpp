@@ -16,8 +16,10 @@
 #include "capture/cli/scan_talk.h"
 #include "capture/session/request_json.h"
 #include "capture/session/scan_session.h"
+#include "capture/session/unit_profile.h"
 #include "capture/store/master_writer.h"
 #include "capture/store/names.h"
+#include "core/line/capture_context.h"
 #include "drivers/registry.h"
 
 namespace reseau::cli {
@@ -112,6 +114,14 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
   }
   const Negotiated negotiated =
       as_failure(Doing::kReadingOptions, [&] { return scanner.negotiate(opened.asked.request); });
+  // A calibration that was named and is another unit's must not cost a scan's time.
+  as_failure(Doing::kReadingInput, [&] {
+    CaptureContext unit;
+    unit.make = scanner.capabilities().make;
+    unit.model = scanner.capabilities().model;
+    unit.serial = scanner.capabilities().serial;
+    static_cast<void>(use_profile(profile, unit, negotiated.plan.format.x_dpi));
+  });
   announce(negotiated, scanner.capabilities(), opened.asked.device_name, directory.string(),
            reporter);
   if (job.dont_scan) return kExitOk;

@@ -166,6 +166,12 @@ TEST(CalibrateE2e, AScanOfACalibratedUnitComesOutTruer) {
   EXPECT_THAT(refused.err, HasSubstr("does not fit this scan"));
   EXPECT_THAT(refused.err, HasSubstr("LS-50"));
   EXPECT_FALSE(std::filesystem::exists(dir / "other"));
+  // Before the scanner moves, too.
+  const ProcessResult scan = reseau({"scan", "-d", "sim:ls5000", "-o", dir / "scan", "--profile",
+                                     dir / "other.json", "--no-reconstruct"});
+  EXPECT_EQ(scan.exit_code, 65);
+  EXPECT_THAT(scan.err, HasSubstr("does not fit this scan"));
+  EXPECT_FALSE(std::filesystem::exists(dir / "scan"));
 }
 
 }  // namespace
