@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "capture/simulate/truth_files.h"
 #include "drivers/sim/sensor.h"
 
@@ -172,9 +174,12 @@ nlohmann::ordered_json truth_to_json(const sim::SimSpec& spec, const KnownScan& 
                         {"area_fractions", scan.truth.area_fractions()}};
   }
   // How far the samples are from the limit of ever finer cells, bare light = 1.
-  const sim::RenderError error =
-      sim::estimate_error(sim::make_film(spec.film), spec.optics, sim::frame_window(spec),
-                          sim::geometry_of(spec, spec.sensor));
+  const sim::ScanWindow window = sim::frame_window(spec);
+  // A small frame needs no more than a few pieces, each of which costs what lies around it.
+  constexpr int kFewest = 3, kMost = 12, kPixelsEach = 30'000;
+  const int n_pieces = std::clamp(window.width_px * window.n_lines / kPixelsEach, kFewest, kMost);
+  const sim::RenderError error = sim::estimate_error(sim::make_film(spec.film), spec.optics, window,
+                                                     sim::geometry_of(spec, spec.sensor), n_pieces);
   object["integration"] = {{"cells_per_px", error.cells_per_px},
                            {"estimated_rms_error", error.rms},
                            {"estimated_largest_error", error.largest},

@@ -262,6 +262,9 @@ struct FoundBlur {
 
 // A frame whose blur is alike to this everywhere is fitted as one.
 constexpr double kSteadyPx = 0.03;
+// Only a change like this shows the shape of what changes; no scanner is sharper than this in
+// focus.
+constexpr double kLeastDriftPx = 0.3, kLeastInFocusPx = 0.3;
 // Fewer units of chi-squared per tile and channel do not make a Gaussian a disc.
 constexpr double kDiscGain = 0.5;
 
@@ -288,7 +291,8 @@ FoundBlur find_blur(const MeasuredTiles& measured, SharpnessTask task, Vec2 fram
   for (int round = 0; round < 2; ++round) {
     double best = found.field.misfit - (round == 0 ? 3 * kDiscGain * n_used : 0);
     BlurShape shape = found.fit.shape;
-    for (double in_focus_px = kLeastSigmaPx; in_focus_px < most; in_focus_px *= 1.15) {
+    for (double in_focus_px = kLeastInFocusPx; most - least > kLeastDriftPx && in_focus_px < most;
+         in_focus_px *= 1.15) {
       BlurShape trial = found.fit.shape;
       trial.in_focus_px = in_focus_px;
       BlurField field = field_under(trial);
