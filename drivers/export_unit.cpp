@@ -18,20 +18,25 @@ namespace {
 
 constexpr int kHighSpeedPacket = 512;
 
-// LS-5000 interface specification, USB descriptors; LS-50 and LS-40 firmware.
-usbip::DeviceDescription coolscan_description(const UsbIdentity& identity) {
-  constexpr std::uint16_t kLs40 = 0x4000, kLs50 = 0x4001;
+usbip::DeviceDescription plain_description(const UsbIdentity& identity) {
   usbip::DeviceDescription device;
   device.vendor_id = identity.vendor_id;
   device.product_id = identity.product_id;
   device.bcd_device = identity.bcd_device;
   device.high_speed = identity.max_packet_bytes >= kHighSpeedPacket;
   device.bcd_usb = device.high_speed ? 0x0200 : 0x0110;
+  device.serial = identity.serial;
+  return device;
+}
+
+// LS-5000 interface specification, USB descriptors; LS-50 and LS-40 firmware.
+usbip::DeviceDescription coolscan_description(const UsbIdentity& identity) {
+  constexpr std::uint16_t kLs40 = 0x4000, kLs50 = 0x4001;
+  usbip::DeviceDescription device = plain_description(identity);
   device.manufacturer = "Nikon";
   const coolscan::Model* const model =
       coolscan::model_by_usb_id(identity.vendor_id, identity.product_id);
   device.product = model == nullptr ? "Scanner" : std::string(model->product);
-  device.serial = identity.serial;
   device.endpoints = {{0x01, false, 0, 0}, {0x82, false, 0, 0}};
   // The LS-50's descriptor has a serial; which one a real unit has says nothing about this one.
   if (identity.product_id == kLs50 && device.serial.empty()) device.serial = "SIM00001";
@@ -44,13 +49,7 @@ usbip::DeviceDescription coolscan_description(const UsbIdentity& identity) {
 
 // A bridge of Genesys Logic (SANE's pieusb backend). Its strings are not known.
 usbip::DeviceDescription pie_description(const UsbIdentity& identity) {
-  usbip::DeviceDescription device;
-  device.vendor_id = identity.vendor_id;
-  device.product_id = identity.product_id;
-  device.bcd_device = identity.bcd_device;
-  device.high_speed = identity.max_packet_bytes >= kHighSpeedPacket;
-  device.bcd_usb = device.high_speed ? 0x0200 : 0x0110;
-  device.serial = identity.serial;
+  usbip::DeviceDescription device = plain_description(identity);
   device.endpoints = {{identity.bulk_in, false, 0, 0}};
   device.bears_reset = false;
   return device;
