@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace reseau {
@@ -20,11 +21,14 @@ class ToneCurves {
   // True for value / 65535 in all four.
   [[nodiscard]] bool is_linear() const { return linear_; }
   [[nodiscard]] const std::vector<float>& table(int channel) const {
-    return tables_[static_cast<std::size_t>(channel)];
+    return *tables_[static_cast<std::size_t>(channel)];
   }
 
  private:
-  std::array<std::vector<float>, 4> tables_;
+  using Table = std::shared_ptr<const std::vector<float>>;
+  ToneCurves(const Table& all, bool linear);
+
+  std::array<Table, 4> tables_;  // a copy of the curves shares them
   bool linear_ = false;
 };
 
