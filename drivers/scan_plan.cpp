@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "core/line/channel_name.h"
+
 namespace reseau {
 namespace {
 
@@ -37,9 +39,8 @@ std::string exposure_text(const ExposureRequest& exposure) {
 std::string channels_text(const LineFormat& format) {
   std::string text;
   for (const Channel channel : format.channels) {
-    static constexpr const char* kNames[] = {"red", "green", "blue", "infrared", "grey"};
     if (!text.empty()) text += ' ';
-    text += kNames[static_cast<std::size_t>(channel)];
+    text += channel_name(channel);
   }
   return text;
 }

@@ -11,24 +11,10 @@
 #include "capture/store/quoted.h"
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/line/channel_name.h"
 
 namespace reseau {
 namespace {
-
-const char* name_of(Channel channel) {
-  switch (channel) {
-    case Channel::kRed:
-      return "red";
-    case Channel::kGreen:
-      return "green";
-    case Channel::kBlue:
-      return "blue";
-    case Channel::kInfrared:
-      return "infrared";
-    default:
-      return "grey";
-  }
-}
 
 bool is_exr(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -128,7 +114,7 @@ LinearPicture::LinearPicture(const std::filesystem::path& path, const ReadScanOp
   const LineFormat& format = s.scan->source->format();
   s.width = format.width_px;
   s.height = format.n_lines;
-  for (const Channel channel : format.channels) s.channels.emplace_back(name_of(channel));
+  for (const Channel channel : format.channels) s.channels.emplace_back(channel_name(channel));
   s.context = s.scan->context;
   s.notes = s.scan->notes;
   s.dpi = format.x_dpi;

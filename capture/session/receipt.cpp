@@ -13,6 +13,7 @@
 #include "capture/session/request_json.h"
 #include "capture/store/part_file.h"
 #include "capture/store/sha256.h"
+#include "core/line/channel_name.h"
 
 namespace reseau {
 
@@ -25,11 +26,6 @@ constexpr std::array kChannelNames{"red", "green", "blue", "infrared"};
 const char* end_word(ScanEnd end) {
   constexpr std::array kWords{"complete", "cancelled", "failed"};
   return kWords[static_cast<std::size_t>(end)];
-}
-
-const char* channel_word(Channel channel) {
-  constexpr std::array kWords{"red", "green", "blue", "infrared", "grey"};
-  return kWords[static_cast<std::size_t>(channel)];
 }
 
 double seconds(Duration duration) { return static_cast<double>(duration.count()) * 1e-6; }
@@ -46,7 +42,7 @@ std::string message_of(const std::exception_ptr& error) {
 
 ordered_json input_to_json(const ReceiptInput& input) {
   ordered_json channels = ordered_json::array();
-  for (const Channel channel : input.format.channels) channels.push_back(channel_word(channel));
+  for (const Channel channel : input.format.channels) channels.push_back(channel_name(channel));
   ordered_json object = {{"width_px", input.format.width_px},
                          {"lines", input.format.n_lines},
                          {"channels", channels},

@@ -5,6 +5,7 @@
 #include "capture/image/icc.h"
 #include "capture/store/master_layout.h"
 #include "capture/store/master_xmp.h"
+#include "core/line/channel_name.h"
 
 namespace reseau {
 namespace {
@@ -30,11 +31,7 @@ std::string describe(const LineFormat& format) {
   const char* separator = " ";
   for (const Channel channel : format.channels) {
     text += separator;
-    text += channel == Channel::kRed        ? "red"
-            : channel == Channel::kGreen    ? "green"
-            : channel == Channel::kBlue     ? "blue"
-            : channel == Channel::kInfrared ? "infrared"
-                                            : "grey";
+    text += channel_name(channel);
     separator = ", ";
   }
   return text + ".";

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/line/channel_name.h"
+
 namespace reseau {
 namespace {
 
@@ -62,22 +64,6 @@ std::optional<Number> number_from(const std::optional<std::string>& text) {
   const auto result = std::from_chars(text->data(), text->data() + text->size(), value);
   if (result.ec != std::errc() || result.ptr != text->data() + text->size()) return std::nullopt;
   return value;
-}
-
-std::string_view role(Channel channel) {
-  switch (channel) {
-    case Channel::kRed:
-      return "red";
-    case Channel::kGreen:
-      return "green";
-    case Channel::kBlue:
-      return "blue";
-    case Channel::kInfrared:
-      return "infrared";
-    case Channel::kGrey:
-      return "grey";
-  }
-  return "unknown";
 }
 
 // IPTC digital source types; a film that may be either is left out.
@@ -140,7 +126,7 @@ std::string make_master_xmp(const LineFormat& format, const CaptureContext& cont
   }
   xmp += ">\n<reseau:channels><rdf:Seq>";
   for (const Channel channel : format.channels) {
-    xmp += "<rdf:li>" + std::string(role(channel)) + "</rdf:li>";
+    xmp += "<rdf:li>" + std::string(channel_name(channel)) + "</rdf:li>";
   }
   xmp +=
       "</rdf:Seq></reseau:channels>\n</rdf:Description>\n</rdf:RDF>\n</x:xmpmeta>\n"
