@@ -270,10 +270,10 @@ const std::vector<Case>& coolscans() {
 // A PIE scan is a thousand transfers, so it is narrow, and each kind of trouble a test of its own.
 const std::vector<Case>& pie_units() {
   static const std::vector<Case> kCases = {
-      {"crystalscan3600", 300, 10, 1}, {"crystalscan7200", 300, 10, 1},
-      {"proscan7200", 300, 10, 1},     {"proscan10t", 250, 12, 1},
-      {"digitdia5000", 300, 10, 1},    {"digitdia6000", 250, 12, 1},
-      {"rps7200", 300, 10, 1}};
+      {"crystalscan3600", 1200, 2.5, 0.25}, {"crystalscan7200", 1200, 2.5, 0.25},
+      {"proscan7200", 1200, 2.5, 0.25},     {"proscan10t", 1000, 3, 0.25},
+      {"digitdia5000", 1200, 2.5, 0.25},    {"digitdia6000", 1000, 3, 0.25},
+      {"rps7200", 1200, 2.5, 0.25}};
   return kCases;
 }
 
