@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include <fmt/format.h>
@@ -292,17 +293,20 @@ ordered_json registration_to_json(const Registration& r) {
     put_number(object, "angle_sd_deg", r.angle_sd_deg);
     object["period_px"] = {number_or_null(r.period_px[0]), number_or_null(r.period_px[1])};
     object["period_sd_px"] = {number_or_null(r.period_sd_px[0]), number_or_null(r.period_sd_px[1])};
-    if (r.period_um[0] > 0 && r.period_um[1] > 0) {
-      object["period_um"] = {number_or_null(r.period_um[0]), number_or_null(r.period_um[1])};
-      object["lines_per_mm"] = {number_or_null(1000 / r.period_um[0]),
-                                number_or_null(1000 / r.period_um[1])};
+    if (r.period_um[1] > 0) {
+      // Of lines alone the first direction has no period: null, and no lines.
+      const double um = r.lines_alone ? std::numeric_limits<double>::infinity() : r.period_um[0];
+      object["period_um"] = {number_or_null(um), number_or_null(r.period_um[1])};
+      object["lines_per_mm"] = {number_or_null(1000 / um), number_or_null(1000 / r.period_um[1])};
     } else {
       put_missing(object, "period_um", "the scan does not say its resolution");
     }
     if (r.mirrored) {
       object["mirrored"] = *r.mirrored;
     } else {
-      put_missing(object, "mirrored", "the pattern is symmetric and cannot tell");
+      put_missing(object, "mirrored",
+                  r.lines_alone ? "lines alone look the same mirrored and turned by 180 degrees"
+                                : "the pattern is symmetric and cannot tell");
     }
     object["affine"] = r.map.is_affine();
     object["line_error"] = line_error_to_json(r.map.line_error());

@@ -102,7 +102,9 @@ std::array<std::uint8_t, 3> overlay_pixel(const OverlayWindow& window, const Scr
 void write_overlay(const LineSource& source, const ToneCurves& tone,
                    const Registration& registration, const std::filesystem::path& path) {
   const LineFormat& format = source.format();
-  const double period = std::max(registration.period_px[0], registration.period_px[1]);
+  const double period = registration.lines_alone
+                            ? registration.period_px[1]
+                            : std::max(registration.period_px[0], registration.period_px[1]);
   const int wanted = std::clamp(static_cast<int>(std::lround(11 * period)), 48, 400);
   const bool whole = format.width_px < 3 * wanted || format.n_lines < 3 * wanted;
   const int n = whole ? 1 : 3;

@@ -71,6 +71,7 @@ void LiveRegistration::publish() {
   Registration& so_far = snapshot->registration;
   so_far.found = true;
   so_far.map = live_->map();
+  so_far.lines_alone = seed_->layout == ScreenLayout::kLines;
   so_far.residual_px = live_->residual_px();
   so_far.n_windows = live_->n_samples();
   so_far.explained = seed_->explained;

@@ -41,14 +41,17 @@ struct Registration {
   double runner_up_probability = 0;
   double explained = 0;  // share of what alternates in the brightest tiles that the screen explains
   ScreenMap map;         // screen (u, v) from scan pixels, valid over the whole frame when found
-  std::array<Vec2, 2> lattice_cy_per_px{};  // mean frequency vectors of u and of v
+  // A screen of lines alone: nothing repeats along u, which is measured in periods of v and is not
+  // known but for the map's own convention.
+  bool lines_alone = false;
+  std::array<Vec2, 2> lattice_cy_per_px{};  // mean frequency vectors of u (lines alone: 0), of v
   MapUncertainty uncertainty;               // of the map, place by place
   double residual_px = 0;                   // rms of the measured phases about the map
   // rms of blocks under a map that was fitted without them, along u and along v; absent unless
   // asked for.
   std::optional<Vec2> left_out_px;
-  double angle_deg = 0;  // of the red lines, from the y axis of the scan
-  std::array<double, 2> period_px{};
+  double angle_deg = 0;               // of the red lines, from the y axis of the scan
+  std::array<double, 2> period_px{};  // of lines alone, that of u is infinite
   std::array<double, 2> period_um{};  // 0 when the resolution is unknown
   double angle_sd_deg = 0;            // of the means over the frame
   std::array<double, 2> period_sd_px{};

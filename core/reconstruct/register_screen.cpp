@@ -231,6 +231,7 @@ class Tracker {
     const MapFit& fit = followed.fit;
     const double coverage = followed.coverage;
     result.map = fit.map;
+    result.lines_alone = seed.layout == ScreenLayout::kLines;
     result.residual_px = fit.residual_px;
     result.n_windows = fit.n_used;
     result.n_outliers = fit.n_outliers;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -35,13 +36,14 @@ Mat2 mean_linear(const ScreenMap& map, int width_px, int height_px) {
 Mat2 describe_lattice(Registration& result, const LineFormat& format, int n_lines) {
   const Mat2 mean = mean_linear(result.map, format.width_px, n_lines);
   result.lattice_cy_per_px = {Vec2{mean.a, mean.b}, Vec2{mean.c, mean.d}};
+  if (result.lines_alone) result.lattice_cy_per_px[0] = {};
   result.period_px = {1 / norm(result.lattice_cy_per_px[0]), 1 / norm(result.lattice_cy_per_px[1])};
   // Red lines run along u: the direction in which v stays the same.
   Vec2 along{-mean.d, mean.c};
   if (along.y < 0) along = -1.0 * along;
   result.angle_deg = std::atan2(along.x, along.y) * 180 / std::numbers::pi;
   if (format.x_dpi > 0) {
-    for (std::size_t i = 0; i < 2; ++i)
+    for (std::size_t i = result.lines_alone ? 1 : 0; i < 2; ++i)
       result.period_um[i] = result.period_px[i] * 25400 / format.x_dpi;
   }
   return mean;
@@ -54,13 +56,15 @@ void describe_certainty(Registration& result, const Mat2& mean) {
   const auto across = [](Vec2 f, Vec2 s) { return std::hypot(f.y * s.x, f.x * s.y) / norm(f); };
   const Vec2 u{mean.a, mean.b}, v{mean.c, mean.d}, sd_u{sd.a, sd.b}, sd_v{sd.c, sd.d};
   result.period_sd_px = {along(u, sd_u) / dot(u, u), along(v, sd_v) / dot(v, v)};
+  if (result.lines_alone) result.period_sd_px[0] = std::numeric_limits<double>::infinity();
   result.angle_sd_deg = across(v, sd_v) / norm(v) * 180 / std::numbers::pi;
 }
 
 void describe_names(Registration& result, const LatticeSeed& seed) {
   const std::vector<ScreenGuess> guesses =
       name_screen({seed.layout, seed.special_color, seed.explained, seed.other_explained,
-                   std::sqrt(result.period_um[0] * result.period_um[1])});
+                   result.lines_alone ? result.period_um[1]
+                                      : std::sqrt(result.period_um[0] * result.period_um[1])});
   const double some = 1 - result.none_probability;
   result.screen = guesses[0].name;
   result.screen_probability = some * guesses[0].probability;

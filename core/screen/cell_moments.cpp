@@ -15,7 +15,8 @@ using Quad = float __attribute__((vector_size(16)));
 constexpr int kMostLines = 16;
 
 double cycles(const HarmonicIndex& h, const Carriers& f, double x, double y) {
-  const double turns = (h.u * f.u.x + h.v * f.v.x) * x + (h.u * f.u.y + h.v * f.v.y) * y;
+  const Vec2 u = f.harmonic_u();
+  const double turns = (h.u * u.x + h.v * f.v.x) * x + (h.u * u.y + h.v * f.v.y) * y;
   return turns - std::floor(turns);
 }
 
@@ -80,7 +81,7 @@ struct CellGrid::LocalWaves {
   static constexpr std::size_t kSide = 16, kN = kDifferences.size();
   std::array<float, kN * kSide> cos_x, sin_x, cos_y, sin_y;
 
-  LocalWaves(const Local& local, CellSize size) {
+  LocalWaves(const Local& local, CellSize size, bool lines) {
     for (std::size_t h = 0; h < kN; ++h) {
       const double u = kDifferences[h].u, v = kDifferences[h].v;
       const auto fill = [&](std::array<float, kN * kSide>& cosines,
@@ -93,8 +94,13 @@ struct CellGrid::LocalWaves {
           sines[h * kSide + static_cast<std::size_t>(i)] = static_cast<float>(std::sin(angle));
         }
       };
-      const Mat2& j = local.jacobian;
-      fill(cos_x, sin_x, size.width, u * j.a + v * j.c, u * local.screen.x + v * local.screen.y);
+      Mat2 j = local.jacobian;
+      Vec2 screen = local.screen;
+      if (lines) {
+        j = {2 * j.c, 2 * j.d, j.c, j.d};
+        screen = {2 * screen.y, screen.y};
+      }
+      fill(cos_x, sin_x, size.width, u * j.a + v * j.c, u * screen.x + v * screen.y);
       fill(cos_y, sin_y, size.lines, u * j.b + v * j.d, 0);
     }
   }
@@ -121,7 +127,7 @@ void CellGrid::accumulate(const LinearRows& rows) {
         }
       };
       if (!along_.empty()) {
-        fill(LocalWaves(local(column, row), size_).waves());
+        fill(LocalWaves(local(column, row), size_, carriers_.lines).waves());
         continue;
       }
       const auto x0 = static_cast<std::size_t>(column) * static_cast<std::size_t>(size_.width);

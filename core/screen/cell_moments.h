@@ -22,6 +22,13 @@ namespace reseau {
 
 struct Carriers {
   Vec2 u, v;  // [cy/px]
+  // Lines alone: nothing repeats along u, which is v turned by a right angle so that maps can be
+  // inverted. Harmonic (1, 0) then stands for the second of v, (0, 1) for the first.
+  bool lines = false;
+
+  // Frequency of u as harmonics count it.
+  [[nodiscard]] Vec2 harmonic_u() const { return lines ? 2.0 * v : u; }
+  [[nodiscard]] Mat2 matrix() const { return {u.x, u.y, v.x, v.y}; }
 };
 
 struct HarmonicIndex {
@@ -75,10 +82,15 @@ class CellGrid {
   [[nodiscard]] const Carriers& carriers() const { return carriers_; }
   // Screen coordinates that the harmonics have at the centre of a cell, and their slopes.
   [[nodiscard]] Vec2 phase(int column, int row) const {
-    return along_.empty() ? carrier_matrix() * center(column, row) : local(column, row).screen;
+    return along_.empty() ? carriers_.matrix() * center(column, row) : local(column, row).screen;
   }
   [[nodiscard]] Mat2 slopes(int column, int row) const {
-    return along_.empty() ? carrier_matrix() : local(column, row).jacobian;
+    return along_.empty() ? carriers_.matrix() : local(column, row).jacobian;
+  }
+  // By how much harmonics turn where a map puts the centre of a cell at `screen` [periods].
+  [[nodiscard]] Vec2 turn(int column, int row, Vec2 screen) const {
+    const Vec2 off = screen - phase(column, row);
+    return carriers_.lines ? Vec2{2 * off.y, off.y} : off;
   }
   [[nodiscard]] bool kept(int column) const { return column / 2 % keep_every_ == 0; }
   [[nodiscard]] Vec2 center(int column, int row) const {
@@ -111,9 +123,6 @@ class CellGrid {
     std::size_t stride_x, stride_y;  // from one harmonic to the next
   };
   struct LocalWaves;
-  [[nodiscard]] Mat2 carrier_matrix() const {
-    return {carriers_.u.x, carriers_.u.y, carriers_.v.x, carriers_.v.y};
-  }
   [[nodiscard]] const Local& local(int column, int row) const {
     return along_[static_cast<std::size_t>(row) * static_cast<std::size_t>(n_columns_) +
                   static_cast<std::size_t>(column)];

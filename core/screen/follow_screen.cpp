@@ -12,6 +12,7 @@
 #include "core/base/parallel.h"
 #include "core/screen/element_model.h"
 #include "core/screen/line_fit.h"
+#include "core/screen/line_hypothesis.h"
 #include "core/screen/live_map.h"
 #include "core/screen/phase_samples.h"
 #include "core/screen/phase_window.h"
@@ -152,7 +153,7 @@ class Follower {
     series_ = series_from_response(seed_.response, seed_.layout, seed_.special_color,
                                    seed_.carriers, seed_.sigma_px);
     const BlockShape growing = small_ ? small_blocks(8 / cells_.size().lines) : block_;
-    SampleGrower grower(cells_, series_, growing, false);
+    SampleGrower grower(cells_, series_, growing);
     grower.start(seed_);
     grower.grow(grower.n_block_rows());
     const std::vector<PhaseSample> samples = grower.samples();
@@ -174,7 +175,7 @@ class Follower {
     if (!refresh_series(screen_at_cells(cells_, result.fit.map), result.fit.map)) return;
     if (result.trusted.empty()) improve(result, 1, false);
     const auto n_before = std::ranges::count(result.trusted, true);
-    SampleGrower blocks(cells_, series_, small_blocks(1), false);
+    SampleGrower blocks(cells_, series_, small_blocks(1));
     blocks.measure_all(result.fit.map, kAgreed);
     result.trusted = largest_part(blocks.accepted(), blocks.n_block_columns());
     const auto n_trusted = std::ranges::count(result.trusted, true);
@@ -283,7 +284,8 @@ class Follower {
         if (!left_out_of_fold(p, fold, block_px)) continue;
         const Vec2 ideal = p + (line.at(p) - known.at(p));
         const Vec2 off = sample.s_in_screen - film.map.smooth_screen_from_scan(ideal);
-        off_u.push_back(std::abs(off.x) / norm(cells_.carriers().u));
+        // Of lines alone u is not measured.
+        off_u.push_back(cells_.carriers().lines ? 0 : std::abs(off.x) / norm(cells_.carriers().u));
         off_v.push_back(std::abs(off.y) / norm(cells_.carriers().v));
       }
     }
@@ -327,6 +329,11 @@ class Follower {
   bool refresh_series(const std::vector<Vec2>& screen, const ScreenMap& map) {
     ColorSeries fresh;
     if (!pooled_series(cells_, screen, fresh)) return false;
+    if (fresh.lines) {
+      blur_px2_ = settle_lines(fresh, 1 / norm(cells_.carriers().v));
+      series_ = fresh;
+      return true;
+    }
     // The pattern is even about its origin: an odd part is the error of the origin so far, which
     // the next round is to find, not to keep.
     for (auto& channel : fresh.harmonic) {

@@ -6,37 +6,15 @@
 #include <numbers>
 
 #include "core/screen/element_model.h"
-#include "core/screen/screen_tile.h"
+#include "core/screen/hypothesis_tiles.h"
 
 namespace reseau {
 namespace {
 
 using Complex = std::complex<double>;
+using Coefficients = TileCoefficients;
 constexpr int kPhases = 20;  // per axis, in the search for the origin of the cell
 constexpr std::array<double, 4> kSigmas{0.45, 0.8, 1.3, 2.0};
-
-// Complex coefficients of kTileHarmonics, one channel.
-using Coefficients = std::array<Complex, kTileAmplitudes - 1>;
-
-struct TileView {
-  std::array<double, 4> mean{};
-  std::array<Coefficients, 4> harmonic;
-  std::array<double, 4> total{};  // alternating energy: harmonics and the rest
-};
-
-TileView view_of(const ScreenTile& tile) {
-  TileView view;
-  for (std::size_t c = 0; c < 4; ++c) {
-    view.mean[c] = tile.amplitude[c][0];
-    view.total[c] = tile.variance[c];
-    for (std::size_t h = 0; h + 1 < kTileAmplitudes; ++h) {
-      // a cos + b sin = Re((a - i b) e^(i t)); the coefficient of e^(i t) is half of that.
-      view.harmonic[c][h] = {tile.amplitude[c][h + 1], -tile.odd[c][h + 1]};
-      view.total[c] += 2 * std::norm(view.harmonic[c][h]);
-    }
-  }
-  return view;
-}
 
 // The same tile with u and v exchanged, then v reversed to stay right-handed: u' = v, v' = -u.
 TileView exchanged(const TileView& view) {
@@ -144,94 +122,15 @@ class Judge {
   ElementModel::Columns span_;  // orthonormal
 };
 
-// Response of each element from its lights in all tiles: regressed on the lights in infrared, or
-// their principal direction with the size of the brightest.
-Eigen::Vector3d element_response(const std::vector<Eigen::Vector4d>& lights, bool infrared) {
-  if (infrared) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    double norm = 0;
-    for (const Eigen::Vector4d& x : lights) {
-      sum += x(3) * x.head<3>();
-      norm += x(3) * x(3);
-    }
-    return sum / std::max(norm, 1e-30);
-  }
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  double brightest = 0;
-  for (const Eigen::Vector4d& x : lights) {
-    scatter += x.head<3>() * x.head<3>().transpose();
-    brightest = std::max(brightest, x.head<3>().norm());
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
-  const Eigen::Vector3d direction = eigen.eigenvectors().col(2);
-  return (direction.sum() < 0 ? -brightest : brightest) * direction;
-}
-
-// Colour of a light relative to the mean of each channel over all tiles, so that neither exposure
-// nor a cast decides.
-struct Cast {
-  Eigen::Vector3d inverse_mean;
-
-  // How much more of one colour than of another a light shows.
-  [[nodiscard]] double leaning(const Eigen::Vector3d& x, int to, int from) const {
-    return x(to) * inverse_mean(to) - x(from) * inverse_mean(from);
-  }
-  // How far, in shares of its light, each site has the most of its own colour; negative when one of
-  // them has not. `color` of each site.
-  [[nodiscard]] double margin(const std::array<Eigen::Vector3d, 3>& sites,
-                              const std::array<int, 3>& color) const {
-    const auto share = [&](std::size_t site, int of) {
-      const Eigen::Vector3d y = sites[site].cwiseProduct(inverse_mean).cwiseMax(0);
-      return y(of) / std::max(y.sum(), 1e-12);
-    };
-    double least = 1;
-    for (std::size_t site = 0; site < 3; ++site) {
-      for (std::size_t other = 0; other < 3; ++other) {
-        if (other != site)
-          least = std::min(least, share(site, color[site]) - share(other, color[site]));
-      }
-    }
-    return least;
-  }
-};
-
 }  // namespace
 
 LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCorner>& corners,
                                 const std::vector<Carriers>& tile_carriers, int tile_size,
                                 bool infrared) {
-  struct Entry {
-    TileView view;
-    std::size_t tile;
-  };
-  std::vector<Entry> entries;
-  for (std::size_t t = 0; t < corners.size(); ++t) {
-    // A tile is a small frame of its own; phases refer to its corner.
-    LinearRows cut;
-    cut.first = 0;
-    cut.n = tile_size;
-    cut.width_px = tile_size;
-    for (std::size_t c = 0; c < 4; ++c) {
-      cut.plane[c].resize(static_cast<std::size_t>(tile_size) *
-                          static_cast<std::size_t>(tile_size));
-      for (int y = 0; y < tile_size; ++y) {
-        std::copy_n(rows.row(static_cast<int>(c), corners[t].y + y) + corners[t].x, tile_size,
-                    cut.plane[c].begin() + static_cast<std::ptrdiff_t>(y) * tile_size);
-      }
-    }
-    const Carriers& f = tile_carriers[t];
-    const ScreenTile tile =
-        measure_screen_tile(cut, 0, tile_size, ScreenMap({f.u.x, f.u.y, f.v.x, f.v.y}, {}));
-    if (tile.used) entries.push_back({view_of(tile), t});
-  }
+  const std::vector<TileEntry> entries = measure_entries(rows, corners, tile_carriers, tile_size);
   LatticeHypothesis best;
   if (entries.empty()) return best;
-  Cast cast{Eigen::Vector3d::Zero()};
-  for (const Entry& entry : entries) {
-    for (int c = 0; c < 3; ++c)
-      cast.inverse_mean(c) += entry.view.mean[static_cast<std::size_t>(c)];
-  }
-  cast.inverse_mean = cast.inverse_mean.cwiseMax(1e-9).cwiseInverse();
+  const Cast cast = cast_of(entries);
   double best_of[2] = {0, 0};
   for (const ScreenLayout layout : {ScreenLayout::kLinesAndSquares, ScreenLayout::kTwoSites}) {
     const LayoutSites sites = layout_sites(layout);
@@ -245,7 +144,7 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
       const ElementModel model({first.u.x, first.u.y, first.v.x, first.v.y}, layout);
       std::vector<TileView> views;
       views.reserve(entries.size());
-      for (const Entry& entry : entries)
+      for (const TileEntry& entry : entries)
         views.push_back(exchange ? exchanged(entry.view) : entry.view);
       for (const double sigma : kSigmas) {
         double sum = 0, best_tile = -1e30;

@@ -77,6 +77,8 @@ double LightDrift::beside(int column, int row, int step_x, int step_y, std::size
 }
 
 LightDrift::Slopes LightDrift::of_block(const CellRange& range) const {
+  // A period of lines alone is wider than a cell; there the light of a cell is that of a line.
+  if (layout_ == ScreenLayout::kLines) return {};
   // Of s^2, colour by colour: the sum over the block, and what it gains from border to border.
   std::array<double, 3> sum{};
   std::array<Vec2, 3> gain{};

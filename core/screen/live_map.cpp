@@ -37,7 +37,7 @@ LiveMap::LiveMap(int width_px, int height_px, const LatticeSeed& seed)
       grower_(cells_,
               series_from_response(seed.response, seed.layout, seed.special_color, seed.carriers,
                                    seed.sigma_px),
-              shape_, false),
+              shape_),
       seed_(seed) {}
 
 void LiveMap::advance(int n_lines) {

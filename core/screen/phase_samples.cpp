@@ -49,8 +49,6 @@ bool make_sample(const Shift& shift, Vec2 p, Vec2 predicted, bool lines, PhaseSa
       shift.info_vv > 0 ? shift.info_uu - shift.info_uv * shift.info_uv / shift.info_vv : 0;
   sample.info_v =
       shift.info_uu > 0 ? shift.info_vv - shift.info_uv * shift.info_uv / shift.info_uu : 0;
-  sample.noise_info_u = sample.info_u;
-  sample.noise_info_v = sample.info_v;
   sample.modulation = shift.modulation;
   if (lines) {
     // Nothing is known of u: what was predicted holds, and every block believes it alike.
@@ -58,6 +56,8 @@ bool make_sample(const Shift& shift, Vec2 p, Vec2 predicted, bool lines, PhaseSa
     sample.info_v = shift.info_vv;
     sample.info_u = sample.info_v;
   }
+  sample.noise_info_u = sample.info_u;
+  sample.noise_info_v = sample.info_v;
   return true;
 }
 
@@ -100,8 +100,8 @@ std::vector<PhaseSample> measure_samples(const CellGrid& cells, const ScreenMap&
       if (!(window.moments.n0 > 0)) continue;
       const Vec2 p = window.center;
       PhaseSample sample;
-      if (!make_sample(fit_shift(window.moments, series), p, map.smooth_screen_from_scan(p), false,
-                       sample))
+      if (!make_sample(fit_shift(window.moments, series), p, map.smooth_screen_from_scan(p),
+                       cells.carriers().lines, sample))
         continue;
       const LightDrift::Slopes slopes = drift.of_block(range);
       const Mat2 jacobian = map.jacobian(p);
@@ -135,11 +135,12 @@ bool pooled_series(const CellGrid& cells, const std::vector<Vec2>& screen, Color
     for (int c = 0; c < cells.n_columns(); ++c) {
       if (!(cells.light(c, r) > 0)) continue;
       const Vec2 s = screen[static_cast<std::size_t>(r) * n_columns + static_cast<std::size_t>(c)];
-      add_rephased(rows[static_cast<std::size_t>(r)], cells.cell(c, r), s - cells.phase(c, r), 1);
+      add_rephased(rows[static_cast<std::size_t>(r)], cells.cell(c, r), cells.turn(c, r, s), 1);
     }
   });
   Moments total;
   for (const Moments& row : rows) add_rephased(total, row, {0, 0}, 1);
+  series.lines = cells.carriers().lines;
   return fit_series(total, series);
 }
 

@@ -51,7 +51,7 @@ Window window_of(const CellGrid& cells, const CellRange& range, const Predict& s
       const double light = cells.light(c, r);
       if (!(light > 0)) continue;
       const Vec2 p = cells.center(c, r);
-      add_rephased(window.moments, cells.cell(c, r), screen_at(c, r, p) - cells.phase(c, r), 1);
+      add_rephased(window.moments, cells.cell(c, r), cells.turn(c, r, screen_at(c, r, p)), 1);
       window.center = window.center + light * p;
       window.sum += light;
       window.sum_squares += light * light;

@@ -12,8 +12,6 @@
 namespace reseau {
 namespace {
 
-Mat2 carrier_matrix(const Carriers& f) { return {f.u.x, f.u.y, f.v.x, f.v.y}; }
-
 // The middle of the kept cells of a range.
 Vec2 middle_of(const CellGrid& cells, const CellRange& range) {
   Vec2 sum;
@@ -35,11 +33,10 @@ constexpr double kSampleSdPeriods = 0.02;
 }  // namespace
 
 SampleGrower::SampleGrower(const CellGrid& cells, const ColorSeries& series,
-                           const BlockShape& shape, bool lines)
+                           const BlockShape& shape)
     : cells_(cells),
       series_(series),
       shape_(shape),
-      lines_(lines),
       // Small blocks that see beyond their borders are for film that bends from one to the next.
       bends_(shape.reach > 0),
       nx_(BlockGrid(cells, shape).nx),
@@ -60,7 +57,7 @@ void SampleGrower::measure(int i, int j, const Prediction& there) {
   const Vec2 predicted = there.screen + there.jacobian * (window.center - p);
   const Shift shift = fit_shift(window.moments, series_);
   if (!(std::max(std::abs(shift.delta.x), std::abs(shift.delta.y)) < most_step_)) return;
-  if (!make_sample(shift, window.center, predicted, lines_, node.sample)) return;
+  if (!make_sample(shift, window.center, predicted, cells_.carriers().lines, node.sample)) return;
   const double info = std::min(node.sample.info_u, node.sample.info_v);
   if (info < kLeastInfo) return;
   node.accepted = true;
@@ -73,7 +70,7 @@ void SampleGrower::start(const LatticeSeed& seed) {
   const int i = std::clamp(static_cast<int>(seed.center_px.x / width), 0, nx_ - 1);
   const int j = std::clamp(static_cast<int>(seed.center_px.y / (cells_.size().lines * shape_.rows)),
                            0, ny_ - 1);
-  const Mat2 slopes = carrier_matrix(seed.at_center);
+  const Mat2 slopes = seed.at_center.matrix();
   measure(i, j, {seed.screen_at_center + slopes * (middle(i, j) - seed.center_px), slopes});
 }
 

@@ -13,9 +13,8 @@ namespace reseau {
 // Rows of blocks may be added as lines arrive. Thread-bound; the cells must outlive it.
 class SampleGrower {
  public:
-  // `lines`: a pattern of lines has no u; it is predicted only.
-  SampleGrower(const CellGrid& cells, const ColorSeries& series, const BlockShape& shape,
-               bool lines);
+  // A pattern of lines has no u; it is predicted only.
+  SampleGrower(const CellGrid& cells, const ColorSeries& series, const BlockShape& shape);
 
   // Measures the block of the seed.
   void start(const LatticeSeed& seed);
@@ -63,7 +62,7 @@ class SampleGrower {
   const CellGrid& cells_;
   ColorSeries series_;
   BlockShape shape_;
-  bool lines_, bends_;
+  bool bends_;
   double most_step_ = 1;  // from where a block is expected [periods]
   int nx_, ny_, end_row_ = 0;
   std::vector<Node> nodes_;

@@ -55,6 +55,18 @@ SiteSeries two_sites_series() {
   return series;
 }
 
+SiteSeries three_lines_series() {
+  SiteSeries series{};
+  for (int site = 0; site < 3; ++site) {
+    auto& out = series[static_cast<std::size_t>(site)];
+    out[0] = 1.0 / 3;
+    for (std::size_t h = 0; h < kTileHarmonics.size(); ++h) {
+      if (kTileHarmonics[h].u == 0) out[h + 1] = line_harmonic(site, kTileHarmonics[h].v).real();
+    }
+  }
+  return series;
+}
+
 struct Made {
   ScreenKind kind;
   ScreenLayout layout;
@@ -73,21 +85,41 @@ constexpr std::array<Made, 8> kMade{
      {ScreenKind::kPaget, ScreenLayout::kTwoSites, kBlueElement, 0.5},
      {ScreenKind::kFinlay, ScreenLayout::kTwoSites, kBlueElement, 0.3}}};
 constexpr Made kThamesMade{ScreenKind::kThames, ScreenLayout::kTwoSites, kBlueElement, 0.2};
+constexpr std::array<Made, 2> kLinesMade{
+    {{ScreenKind::kJoly, ScreenLayout::kLines, kRedElement, 0.3},
+     {ScreenKind::kWarnerPowrie, ScreenLayout::kLines, kRedElement, 0.2}}};
 
 }  // namespace
 
 LayoutSites layout_sites(ScreenLayout layout) {
   if (layout == ScreenLayout::kTwoSites) return {2, {0, 1}, {0.5, 0.5}, true};
+  if (layout == ScreenLayout::kLines) return {0, {1, 2}, {0, 1.0 / 3}, false};
   return {0, {1, 2}, {0.5, 0}, false};
 }
 
 const SiteSeries& site_series(ScreenLayout layout) {
   static const SiteSeries lines = lines_and_squares_series();
   static const SiteSeries sites = two_sites_series();
+  static const SiteSeries alone = three_lines_series();
+  if (layout == ScreenLayout::kLines) return alone;
   return layout == ScreenLayout::kTwoSites ? sites : lines;
 }
 
+std::complex<double> line_harmonic(int site, int h) {
+  const double x = std::numbers::pi * h;
+  const double width = h == 0 ? 1.0 / 3 : std::sin(x / 3) / x;
+  return std::polar(1.0, -2 * x * (1.0 / 6 + site / 3.0)) * width;
+}
+
+double line_origin(const std::array<std::complex<double>, 3>& first,
+                   const std::array<std::complex<double>, 3>& second) {
+  std::complex<double> sum = 0;
+  for (std::size_t c = 0; c < 3; ++c) sum -= first[c] * second[c];
+  return std::abs(sum) > 0 ? std::arg(sum) / (6 * std::numbers::pi) : 0;
+}
+
 std::array<int, 3> site_colors(ScreenLayout layout, int special_color) {
+  if (layout == ScreenLayout::kLines) return {kRedElement, kGreenElement, kBlueElement};
   // The first of the pair: green beside red lines, red beside lines of other colours.
   const int first = special_color == kRedElement ? kGreenElement : kRedElement;
   const int second = 3 - special_color - first;
@@ -98,6 +130,7 @@ std::array<int, 3> site_colors(ScreenLayout layout, int special_color) {
 std::vector<ScreenGuess> name_screen(const ScreenEvidence& evidence) {
   std::vector<Made> made(kMade.begin(), kMade.end());
   made.push_back(kThamesMade);
+  made.insert(made.end(), kLinesMade.begin(), kLinesMade.end());
   std::vector<ScreenGuess> guesses;
   double total = 0;
   for (const Made& screen : made) {
@@ -105,6 +138,9 @@ std::vector<ScreenGuess> name_screen(const ScreenEvidence& evidence) {
     // A share of one hundredth more that is explained is e^0.6 in favour.
     if (screen.layout != evidence.layout)
       weight *= std::exp(60 * std::min(evidence.other_explained - evidence.explained, 0.0));
+    // What repeats in two directions is not lines alone.
+    if (screen.layout == ScreenLayout::kLines && evidence.layout != ScreenLayout::kLines)
+      weight *= 1e-3;
     if (screen.special_color != evidence.special_color) weight *= 1e-3;
     if (evidence.period_um > 0) {
       const double off = std::log(evidence.period_um / usual_sizes(screen.kind).period_um.y) / 0.15;

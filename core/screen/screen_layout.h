@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <complex>
 #include <string_view>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace reseau {
 
 enum class ScreenLayout {
   kLinesAndSquares,  // sites: the line at v = 0.5, squares at (0, 0) and at (0.5, 0)
-  kTwoSites          // sites: (0, 0), (0.5, 0.5), and what lies between
+  kTwoSites,         // sites: (0, 0), (0.5, 0.5), and what lies between
+  kLines  // lines alone: sites at v = 1/6, 1/2, 5/6, each a third wide; nothing changes along u
 };
 
 struct LayoutSites {
@@ -24,13 +26,22 @@ struct LayoutSites {
 };
 [[nodiscard]] LayoutSites layout_sites(ScreenLayout layout);
 
-// Real Fourier coefficients of the sites' masks: [site][mean, then kTileHarmonics].
+// Real Fourier coefficients of the sites' masks: [site][mean, then kTileHarmonics]. Of lines alone
+// the real parts: those are not even about one origin (see line_harmonic).
 using SiteSeries = std::array<std::array<double, kTileAmplitudes>, 3>;
 [[nodiscard]] const SiteSeries& site_series(ScreenLayout layout);
 
 // Colours (0 red, 1 green, 2 blue) of the sites when the special one has this colour, in the order
 // of the descriptions of screens.
 [[nodiscard]] std::array<int, 3> site_colors(ScreenLayout layout, int special_color);
+
+// Coefficient of exp(2 pi i h v) of the mask of one site of lines alone.
+[[nodiscard]] std::complex<double> line_harmonic(int site, int h);
+// How far true v lies beyond the v that harmonics 1 and 2 of R, G and B were measured in, modulo a
+// third of a period: three lights behind lines of equal width make of the product of both
+// harmonics a negative number at the true origin, whatever their colours.
+[[nodiscard]] double line_origin(const std::array<std::complex<double>, 3>& first,
+                                 const std::array<std::complex<double>, 3>& second);
 
 // A screen by name, and how probable it is.
 struct ScreenGuess {
@@ -42,7 +53,7 @@ struct ScreenGuess {
 struct ScreenEvidence {
   ScreenLayout layout = ScreenLayout::kLinesAndSquares;
   int special_color = 0;
-  // Share of what alternates that the layout explains, and the most that the other one does.
+  // Share of what alternates that the layout explains, and the most that another one does.
   double explained = 0, other_explained = 0;
   double period_um = 0;  // 0 = unknown
 };

@@ -107,12 +107,95 @@ void add_rephased(Moments& window, const Moments& cell, Vec2 shift, double weigh
   window.pixels += weight * cell.pixels;
 }
 
+namespace {
+
+// Of lines alone: the mean and two harmonics, the first five terms.
+constexpr int kLineTerms = 5;
+using LineVector = Eigen::Matrix<Complex, kLineTerms, 1>;
+using LineMatrix = Eigen::Matrix<Complex, kLineTerms, kLineTerms>;
+
+constexpr std::array<int, kLineTerms> kLineOrder{0, 2, -2, 1, -1};
+
+bool fit_lines_series(const Moments& window, const Matrix& g, ColorSeries& series) {
+  const Eigen::LDLT<LineMatrix> solver(g.topLeftCorner<kLineTerms, kLineTerms>());
+  if (solver.info() != Eigen::Success) return false;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const LineVector a = solver.solve(LineVector(right_side(window, c).head<kLineTerms>()));
+    if (!a.allFinite()) return false;
+    series.mean[c] = a(0).real();
+    series.harmonic[c] = {a(1), a(3), 0, 0};
+  }
+  return true;
+}
+
+// Gauss-Newton on the shift of lines across themselves, the mean and the contrast of each channel
+// free.
+Shift fit_lines_shift(const Moments& window, const ColorSeries& series) {
+  const LineMatrix g = gram(window).topLeftCorner<kLineTerms, kLineTerms>();
+  const auto product = [&](const LineVector& a, const LineVector& b) {
+    return a.dot(g * b).real();
+  };
+  Shift result;
+  double delta = 0, info = 0, modulation = 0, modulation_weight = 0;
+  for (int iteration = 0; iteration < 10; ++iteration) {
+    double gradient = 0;
+    info = modulation = modulation_weight = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      LineVector level = LineVector::Zero(), pattern = LineVector::Zero(),
+                 along = LineVector::Zero();
+      level(0) = series.mean[c];
+      for (int i = 1; i < kLineTerms; ++i) {
+        const int h = kLineOrder[static_cast<std::size_t>(i)];
+        const Complex a = series.harmonic[c][std::abs(h) == 1 ? 1 : 0];
+        const Complex turn = 2 * std::numbers::pi * h * Complex(0, 1);
+        pattern(i) = (h > 0 ? a : std::conj(a)) * std::exp(turn * delta);
+        along(i) = turn * pattern(i);
+      }
+      const LineVector right = right_side(window, c).head<kLineTerms>();
+      const double ll = product(level, level), lp = product(level, pattern),
+                   pp = product(pattern, pattern);
+      const double rl = level.dot(right).real(), rp = pattern.dot(right).real();
+      const double ridge = 1e-9 * (ll + pp);
+      const double determinant = (ll + ridge) * (pp + ridge) - lp * lp;
+      if (!(determinant > 0)) continue;
+      const double mean = ((pp + ridge) * rl - lp * rp) / determinant;
+      const double gain = ((ll + ridge) * rp - lp * rl) / determinant;
+      if (!(gain > 0)) continue;
+      const double contrast = std::clamp(gain, 0.05, 5.0);
+      const double left = window.q[c] - mean * rl - gain * rp;
+      const double variance = std::max(left, 1e-9 * window.q[c]) / std::max(window.pixels - 5, 8.0);
+      if (!(variance > 0)) continue;
+      const double la = product(level, along), pa = product(pattern, along);
+      const double level_part = ((pp + ridge) * la - lp * pa) / determinant,
+                   pattern_part = ((ll + ridge) * pa - lp * la) / determinant;
+      const double free = product(along, along) - level_part * la - pattern_part * pa;
+      const LineVector rest = right - g * (mean * level + gain * pattern);
+      info += contrast * contrast / variance * std::max(free, 0.0);
+      gradient += contrast / variance * along.dot(rest).real();
+      modulation += pp / variance * gain;
+      modulation_weight += pp / variance;
+    }
+    if (!(info > 0) || !std::isfinite(info)) return Shift{};
+    const double step = std::clamp(gradient / info, -0.1, 0.1);
+    if (!std::isfinite(step)) return Shift{};
+    delta += step;
+    if (std::abs(step) < 1e-5) break;
+  }
+  result.delta = {0, delta};
+  result.info_vv = info;
+  result.modulation = modulation_weight > 0 ? modulation / modulation_weight : 0;
+  return result;
+}
+
+}  // namespace
+
 bool fit_series(const Moments& window, ColorSeries& series) {
   if (!(window.n0 > 0)) return false;
   Matrix g = gram(window);
   // A ridge far below any noise keeps areas of a single colour, where some terms coincide,
   // solvable.
   g += Matrix::Identity() * (1e-6 * window.n0);
+  if (series.lines) return fit_lines_series(window, g, series);
   const Eigen::LDLT<Matrix> solver(g);
   if (solver.info() != Eigen::Success) return false;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -182,6 +265,7 @@ struct RealTerms {
 Shift fit_shift(const Moments& window, const ColorSeries& series) {
   Shift result;
   if (!(window.n0 > 0) || window.pixels < 24) return result;
+  if (series.lines) return fit_lines_shift(window, series);
   Vec2 delta;
   double uu = 0, uv = 0, vv = 0;
   double modulation = 0, modulation_weight = 0;

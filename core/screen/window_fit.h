@@ -14,13 +14,17 @@ namespace reseau {
 struct ColorSeries {
   std::array<double, 3> mean{};
   std::array<std::array<std::complex<double>, kSeries>, 3> harmonic{};
+  // Lines alone: harmonic 1 is the first along v and harmonic 0 the second (see Carriers), the
+  // others are zero; not even about the origin.
+  bool lines = false;
 };
 
 // Adds a cell to a window: the phase of the carriers is replaced by that of a map, of which
 // `screen_minus_carrier` [periods] is the difference at the centre of the cell.
 void add_rephased(Moments& window, const Moments& cell, Vec2 screen_minus_carrier, double weight);
 
-// Series that fits the window best. False when the window does not determine it.
+// Series that fits the window best, of the kind that `series.lines` says. False when the window
+// does not determine it.
 [[nodiscard]] bool fit_series(const Moments& window, ColorSeries& series);
 
 struct Shift {

@@ -1,7 +1,10 @@
 // Screens other than Dufaycolor on simulated film: found, named, followed, and made into a picture.
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -91,6 +94,73 @@ TEST(OtherScreens, SquaresOfTwoSizes) {
   expect_found({"screen=finlay&angle=20", {"finlay", "thames"}});
 }
 TEST(OtherScreens, Discs) { expect_found({"screen=thames&angle=64", {"thames", "finlay"}}); }
+
+// Screens of lines alone: v is known, and points from red over green to blue; u is a convention.
+struct LinesAlone {
+  std::string film;
+  std::string name;
+  double period_um;
+};
+
+void expect_lines(const LinesAlone& screen, bool infrared) {
+  constexpr int kSide = 800;
+  const auto spec =
+      sim::parse_sim_spec(fmt::format("ls5000?width_px={0}&height_px={0}&{1}", kSide, screen.film));
+  const sim::SimulatedScan scan = sim::simulate_frame(spec);
+  LineFormat format = scan.format;
+  std::vector<std::uint16_t> samples;
+  if (infrared) {
+    samples = scan.samples;
+  } else {
+    const std::size_t line = format.samples_per_line(), rgb = line / format.channels.size() * 3;
+    for (std::size_t at = 0; at < scan.samples.size(); at += line) {
+      const auto begin = scan.samples.begin() + static_cast<std::ptrdiff_t>(at);
+      samples.insert(samples.end(), begin, begin + static_cast<std::ptrdiff_t>(rgb));
+    }
+    format.channels.resize(3);
+  }
+  const MemoryLineSource source(format, std::move(samples));
+  const Registration found = register_screen(source, {}, {}, {});
+  ASSERT_TRUE(found.found) << screen.film << ": " << found.reason;
+  EXPECT_EQ(found.screen, screen.name);
+  EXPECT_TRUE(found.lines_alone);
+  EXPECT_FALSE(found.mirrored.has_value());
+  EXPECT_EQ(norm(found.lattice_cy_per_px[0]), 0);
+  EXPECT_NEAR(found.period_um[1], screen.period_um, 0.002 * screen.period_um);
+  double sum = 0, whole = 0;
+  int n = 0;
+  for (const double sign : {1.0, -1.0}) {
+    double square = 0;
+    int count = 0;
+    for (int y = 8; y < kSide; y += 16) {
+      for (int x = 8; x < kSide; x += 16, ++count) {
+        const Vec2 at{double(x), double(y)};
+        double off = found.map.screen_from_scan(at).y - sign * scan.truth.screen_from_scan(x, y).v;
+        if (count == 0) whole = std::round(off);
+        off -= whole;
+        square += off * off;
+      }
+    }
+    if (n == 0 || square < sum) sum = square;
+    n = count;
+  }
+  const double off_periods = std::sqrt(sum / n);
+  fmt::print("{}: {} ({:.2f}), {:.4f} periods, {:.3f} px rms\n", screen.film, found.screen,
+             found.screen_probability, off_periods, off_periods * found.period_px[1]);
+  // Identity is a third of a period; this is a fiftieth of a line.
+  EXPECT_LT(off_periods, 0.007) << screen.film;
+}
+
+TEST(LinesAlone, Joly) {
+  expect_lines({"screen=joly&scene=chart&angle=23&seed=3", "joly", 300}, true);
+}
+TEST(LinesAlone, WarnerPowrieMirrored) {
+  expect_lines({"screen=warner_powrie&scene=chart&angle=-50&mirrored=1", "warner-powrie", 127},
+               true);
+}
+TEST(LinesAlone, WithoutInfrared) {
+  expect_lines({"screen=warner_powrie&scene=natural&angle=90", "warner-powrie", 127}, false);
+}
 
 }  // namespace
 }  // namespace reseau

@@ -1,5 +1,10 @@
 #include "core/screen/screen_layout.h"
 
+#include <array>
+#include <complex>
+#include <cstddef>
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 namespace reseau {
@@ -30,6 +35,28 @@ TEST(ScreenLayout, EverySiteHasAColourOfItsOwn) {
       EXPECT_EQ(colors[static_cast<std::size_t>(layout_sites(layout).special)], special);
     }
   }
+}
+
+TEST(ScreenLayout, TwoHarmonicsOfLinesTellTheirOrigin) {
+  // Lights of three channels behind red, green and blue lines, and a blur that weakens the second.
+  const double lights[3][3] = {{0.9, 0.1, 0.2}, {0.2, 0.7, 0.1}, {0.05, 0.15, 0.8}};
+  for (const double v : {-0.15, -0.03, 0.0, 0.08, 0.16}) {
+    std::array<std::complex<double>, 3> first, second;
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (int site = 0; site < 3; ++site) {
+        first[c] += lights[c][site] * line_harmonic(site, 1);
+        second[c] += 0.3 * lights[c][site] * line_harmonic(site, 2);
+      }
+      first[c] *= std::polar(1.0, 2 * std::numbers::pi * v);
+      second[c] *= std::polar(1.0, 4 * std::numbers::pi * v);
+    }
+    EXPECT_NEAR(line_origin(first, second), v, 1e-12);
+  }
+}
+
+TEST(ScreenLayout, ThePeriodTellsJolyFromWarnerPowrie) {
+  EXPECT_EQ(name_screen({ScreenLayout::kLines, 0, 0.5, 0.1, 300})[0].name, "joly");
+  EXPECT_EQ(name_screen({ScreenLayout::kLines, 0, 0.5, 0.1, 127})[0].name, "warner-powrie");
 }
 
 TEST(ScreenLayout, RedLinesAreDufaycolorWhateverThePeriod) {
