@@ -505,6 +505,19 @@ void EdgeWork::tell() {
   }
   out_.residual_share = f.residual_share();
   out_.mtf = transfer_of(f, gathered_, options_.window_px);
+  // The squared slope of the edge, summed across it, is the squared transfer summed over frequency.
+  double squared_slope = 0;
+  for (const MtfPoint& p : out_.mtf.all.points) {
+    squared_slope += 2 * kMtfStepCyPerPx * p.value * p.value;
+  }
+  const double length = std::max(1.0, out_.length_px);
+  // Places of lines wander together over a few lines.
+  const double together = std::sqrt((1 + std::clamp(out_.mtf.line_correlation, 0.0, 0.9)) /
+                                    (1 - std::clamp(out_.mtf.line_correlation, 0.0, 0.9)));
+  out_.offset_sd_px =
+      std::hypot(out_.noise * out_.mtf.inflation / std::sqrt(squared_slope * length),
+                 together * out_.wander_px / std::sqrt(length));
+  out_.angle_sd_deg = out_.offset_sd_px * std::sqrt(12.0) / length * 180 / pi;
   std::size_t left_out = 0;
   for (const unsigned char u : used_) left_out += u == 0 ? 1 : 0;
   out_.left_out = double(left_out) / double(used_.size());

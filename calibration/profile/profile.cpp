@@ -1,5 +1,6 @@
 #include "calibration/profile/profile.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -54,6 +55,55 @@ void validate_channel(const Profile& profile, std::size_t c) {
   }
 }
 
+void validate_records(const Profile& profile, std::size_t c) {
+  const auto good = [](const std::optional<Measured>& m) {
+    return !m || (std::isfinite(m->value) && finite_not_negative(m->sd));
+  };
+  if (const auto& gate = profile.gate[c]) {
+    const auto not_negative = [](const std::optional<double>& v) {
+      return !v || finite_not_negative(*v);
+    };
+    bool all = not_negative(gate->dark_level_sd) && not_negative(gate->flat_gain_sd) &&
+               not_negative(gate->pixel_gain_rms) && not_negative(gate->lamp_rms) &&
+               (!gate->shading || std::isfinite(*gate->shading)) && good(gate->nonlinearity);
+    for (const Measured& gain : gate->line_gains) all = all && good(gain);
+    for (const auto& leakage : gate->leakage) all = all && good(leakage);
+    if (gate->noise_covariance) {
+      for (const double v : *gate->noise_covariance) all = all && std::isfinite(v);
+    }
+    require(all, of_channel("gate", c), "must have finite numbers and deviations of 0 or more");
+  }
+  if (const auto& focus = profile.focus[c]) {
+    bool all = std::isfinite(focus->f_cy_per_px) && std::isfinite(focus->depth_share) &&
+               good(focus->best_steps) && good(focus->from_green_steps) &&
+               good(focus->half_depth_steps);
+    for (const auto& point : focus->curve) {
+      for (const double v : point) all = all && std::isfinite(v);
+    }
+    require(all, of_channel("focus", c), "must have finite numbers and deviations of 0 or more");
+  }
+  if (const auto& sd = profile.offset_sd_px[c]) {
+    require(finite_not_negative(sd->x_px) && finite_not_negative(sd->y_px),
+            of_channel("offset_sd_px", c), "must be 0 or more");
+  }
+}
+
+void validate_psf_model(const PsfRecord& model) {
+  const std::size_t n = model.names.size();
+  const auto finite = [](const std::vector<double>& values) {
+    return std::ranges::all_of(values, [](double v) { return std::isfinite(v); });
+  };
+  require(model.values.size() == n && model.sd.size() == n && model.determined.size() == n &&
+              model.covariance.size() == n * n && finite(model.values) && finite(model.sd) &&
+              finite(model.covariance) && std::isfinite(model.chi2_per_freedom),
+          "psf_model", "must have finite numbers, one for each of its names");
+  for (const auto& field : model.field) {
+    if (!field) continue;
+    require(finite(field->coefficients) && finite(field->covariance), "psf_model.field",
+            "must have finite numbers");
+  }
+}
+
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%g", value);
@@ -77,7 +127,11 @@ void compare(std::vector<std::string>& out, const char* what, const std::string&
 void validate(const Profile& profile) {
   require(!profile.model.empty(), "model", "is empty");
   require(finite_and_positive(profile.resolution_dpi), "resolution_dpi", "must be above 0");
-  for (std::size_t c = 0; c < kProfileChannels; ++c) validate_channel(profile, c);
+  for (std::size_t c = 0; c < kProfileChannels; ++c) {
+    validate_channel(profile, c);
+    validate_records(profile, c);
+  }
+  if (profile.psf_model) validate_psf_model(*profile.psf_model);
 }
 
 std::vector<std::string> mismatches(const Profile& profile, const CaptureContext& context,

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/profile/records.h"
 #include "core/geometry/vec2.h"
 #include "core/line/capture_context.h"
 #include "core/reconstruct/unit_sharpness.h"
@@ -23,7 +24,8 @@ struct PsfWidth {
   bool operator==(const PsfWidth&) const = default;
 };
 
-// Variance of a sample = a + b * level, in units of full scale (1.0 = 65535) squared.
+// Variance of a sample = a + b * (level - dark level), in units of full scale (1.0 = 65535)
+// squared.
 struct NoiseModel {
   double a = 0;
   double b = 0;
@@ -50,6 +52,14 @@ struct Profile {
   // Gain per sensor element that flattens the line, mean 1; empty = not measured.
   std::array<std::vector<double>, kProfileChannels> flat_gain;
   std::array<std::optional<NoiseModel>, kProfileChannels> noise;
+
+  // The rest of what the open frame told, with deviations.
+  std::array<std::optional<GateRecord>, kProfileChannels> gate;
+  // Best focus, where several settings were scanned.
+  std::array<std::optional<FocusRecord>, kProfileChannels> focus;
+  std::array<std::optional<OffsetSd>, kProfileChannels> offset_sd_px;
+  // The physical model behind the curves.
+  std::optional<PsfRecord> psf_model;
 
   // Provenance.
   std::string source_file, source_sha256, method;

@@ -14,87 +14,17 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "calibration/profile/profile_fields.h"
+#include "calibration/profile/records_io.h"
 #include "core/base/error.h"
 
 namespace reseau {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using profile::Fields;
+using profile::Json;
 constexpr const char* kSchema = "reseau.profile/1";
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20;
-
-InputError wrong(const std::string& source, const std::string& field, const char* what) {
-  return InputError("The calibration profile '" + source + "': the field '" + field + "' " + what +
-                    ".");
-}
-
-// Reads fields of one object and names them in messages.
-class Fields {
- public:
-  Fields(const Json& object, std::string source, std::string prefix)
-      : object_(object), source_(std::move(source)), prefix_(std::move(prefix)) {
-    if (!object_.is_object()) {
-      throw wrong(source_, prefix_.empty() ? "(whole file)" : prefix_, "must be an object");
-    }
-  }
-
-  [[nodiscard]] std::string text(const char* name) const {
-    const Json* value = find(name);
-    if (value == nullptr) return {};
-    if (!value->is_string()) throw wrong(source_, full(name), "must be text");
-    return value->get<std::string>();
-  }
-  [[nodiscard]] double number(const char* name) const {
-    const Json* value = find(name);
-    if (value == nullptr || !value->is_number()) {
-      throw wrong(source_, full(name), "must be a number");
-    }
-    return value->get<double>();
-  }
-  [[nodiscard]] std::vector<double> numbers(const char* name) const {
-    std::vector<double> out;
-    for (const Json& value : array(name)) {
-      if (!value.is_number()) throw wrong(source_, full(name), "must hold numbers only");
-      out.push_back(value.get<double>());
-    }
-    return out;
-  }
-  [[nodiscard]] std::vector<std::string> texts(const char* name) const {
-    std::vector<std::string> out;
-    if (find(name) == nullptr) return out;
-    for (const Json& value : array(name)) {
-      if (!value.is_string()) throw wrong(source_, full(name), "must hold texts only");
-      out.push_back(value.get<std::string>());
-    }
-    return out;
-  }
-  [[nodiscard]] std::optional<Fields> object(const char* name) const {
-    const Json* value = find(name);
-    if (value == nullptr) return std::nullopt;
-    return Fields(*value, source_, full(name));
-  }
-  [[nodiscard]] bool has(const char* name) const { return find(name) != nullptr; }
-  [[nodiscard]] InputError error(const char* name, const char* what) const {
-    return wrong(source_, full(name), what);
-  }
-
- private:
-  [[nodiscard]] const Json* find(const char* name) const {
-    const auto it = object_.find(name);
-    return it == object_.end() || it->is_null() ? nullptr : &*it;
-  }
-  [[nodiscard]] const Json& array(const char* name) const {
-    const Json* value = find(name);
-    if (value == nullptr || !value->is_array()) throw wrong(source_, full(name), "must be a list");
-    return *value;
-  }
-  [[nodiscard]] std::string full(const char* name) const {
-    return prefix_.empty() ? name : prefix_ + "." + name;
-  }
-
-  const Json& object_;
-  std::string source_, prefix_;
-};
 
 Json channel_to_json(const Profile& profile, std::size_t c) {
   Json json = Json::object();
@@ -116,6 +46,7 @@ Json channel_to_json(const Profile& profile, std::size_t c) {
   if (const auto& dark = profile.dark_level[c]) json["dark_level"] = *dark;
   if (const auto& noise = profile.noise[c]) json["noise"] = {{"a", noise->a}, {"b", noise->b}};
   if (!profile.flat_gain[c].empty()) json["flat_gain"] = profile.flat_gain[c];
+  profile::put_records(profile, c, json);
   return json;
 }
 
@@ -142,6 +73,7 @@ void channel_from_json(const Fields& fields, std::size_t c, Profile& profile) {
     profile.noise[c] = NoiseModel{noise->number("a"), noise->number("b")};
   }
   if (fields.has("flat_gain")) profile.flat_gain[c] = fields.numbers("flat_gain");
+  profile::get_records(fields, c, profile);
 }
 
 Profile profile_of(const Fields& fields) {
@@ -173,6 +105,9 @@ Profile profile_of(const Fields& fields) {
         channel_from_json(*channel, c, profile);
       }
     }
+  }
+  if (const auto model = fields.object("psf_model")) {
+    profile.psf_model = profile::psf_record_from(*model);
   }
   if (const auto provenance = fields.object("provenance")) {
     profile.source_file = provenance->text("source_file");
@@ -238,6 +173,7 @@ std::string profile_to_json(const Profile& profile) {
     if (!channel.empty()) channels[kProfileChannelNames[c]] = std::move(channel);
   }
   json["channels"] = std::move(channels);
+  if (profile.psf_model) json["psf_model"] = profile::psf_record_to_json(*profile.psf_model);
   json["provenance"] = {{"source_file", profile.source_file},
                         {"source_sha256", profile.source_sha256},
                         {"method", profile.method},

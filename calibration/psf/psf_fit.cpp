@@ -42,7 +42,9 @@ Solved solve_from(std::span<const PsfEdge> edges, const Freedom& freedom, const 
   out.unknowns = start;
   const std::unique_ptr<Setup> setup = psf::set_up(edges, freedom, out.unknowns);
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
+  // Each edge has unknowns of its own, which go out first: the work grows with the edges, not with
+  // their square.
+  options.linear_solver_type = ceres::DENSE_SCHUR;
   options.max_num_iterations = 60;
   options.function_tolerance = 1e-10;
   options.parameter_tolerance = 1e-9;
@@ -119,12 +121,15 @@ Solved best_of_starts(std::span<const PsfEdge> edges, const Freedom& freedom) {
   return best;
 }
 
-Eigen::MatrixXd dense(const ceres::CRSMatrix& m) {
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(m.num_rows, m.num_cols);
+// J^T J, row by row: rows know few of the unknowns.
+Eigen::MatrixXd squared(const ceres::CRSMatrix& m) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(m.num_cols, m.num_cols);
   for (int r = 0; r < m.num_rows; ++r) {
-    for (int i = m.rows[static_cast<std::size_t>(r)]; i < m.rows[static_cast<std::size_t>(r) + 1];
-         ++i) {
-      out(r, m.cols[static_cast<std::size_t>(i)]) = m.values[static_cast<std::size_t>(i)];
+    const auto begin = static_cast<std::size_t>(m.rows[static_cast<std::size_t>(r)]);
+    const auto end = static_cast<std::size_t>(m.rows[static_cast<std::size_t>(r) + 1]);
+    for (std::size_t i = begin; i < end; ++i) {
+      for (std::size_t k = begin; k < end; ++k)
+        out(m.cols[i], m.cols[k]) += m.values[i] * m.values[k];
     }
   }
   return out;
@@ -141,8 +146,7 @@ Eigen::MatrixXd shared_curvature(Setup& setup, Unknowns& unknowns) {
   }
   ceres::CRSMatrix sparse;
   setup.problem->Evaluate(options, nullptr, nullptr, nullptr, &sparse);
-  const Eigen::MatrixXd j = dense(sparse);
-  const Eigen::MatrixXd h = j.transpose() * j;
+  const Eigen::MatrixXd h = squared(sparse);
   const Eigen::Index m = h.cols() - n;
   const Eigen::MatrixXd own = h.bottomRightCorner(m, m), across = h.topRightCorner(n, m);
   return h.topLeftCorner(n, n) - across * own.ldlt().solve(across.transpose());
@@ -291,6 +295,9 @@ PsfFit fit_psf(std::span<const PsfEdge> edges) {
   const std::unique_ptr<Setup> setup = psf::set_up(edges, freedom, u);
   const Eigen::MatrixXd covariance = judge(shared_curvature(*setup, u), setup->shared,
                                            std::sqrt(std::max(1.0, out.chi2_per_freedom)), out);
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    for (Eigen::Index k = 0; k < covariance.cols(); ++k) out.covariance.push_back(covariance(i, k));
+  }
   add_sides(u, freedom.aspect, covariance, out);
   if (!freedom.aspect) {
     out.remarks.emplace_back(
@@ -306,6 +313,7 @@ PsfFit fit_psf(std::span<const PsfEdge> edges) {
     const PsfEdge& edge = edges[e];
     const double focus = freedom.waves_per_step ? *edge.focus : 0;
     const EdgeOptics optics = u.optics(edge.channel, focus);
+    out.optics.push_back(optics);
     const MeanProfile profile(optics, edge.normal, std::min(100.0, edge.reach_px + 2), {});
     double squares = 0, weight = 0;
     std::map<long, std::array<double, 2>> cells;  // weight, weighted sum

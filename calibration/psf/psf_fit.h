@@ -51,6 +51,9 @@ struct PsfFit {
   std::string why;  // a sentence, when not ok
 
   std::vector<PsfParameter> parameters;
+  // Covariance of the first of them (those that were fitted, not derived), row by row; zero in
+  // directions that are not determined.
+  std::vector<double> covariance;
   int rank = 0;                            // of as many parameters
   std::vector<PsfCorrelation> correlated;  // pairs beyond +-0.95
   std::vector<std::string> remarks;        // sentences on what cannot be told, and why
@@ -60,6 +63,7 @@ struct PsfFit {
     double d_px = 0, value = 0;  // edge minus model, of the contrast, mean over 1/8 px
   };
   std::vector<std::vector<Residual>> residuals;  // of each edge
+  std::vector<EdgeOptics> optics;                // of each edge, as all edges share them
   bool has_halo = false, has_focus = false;
 
   [[nodiscard]] const PsfParameter* find(const std::string& name) const;

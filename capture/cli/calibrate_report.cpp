@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "capture/cli/calibrate_psf.h"
+#include "capture/cli/report_plot.h"
 #include "capture/color/svg.h"
 
 namespace reseau::cli {
@@ -14,7 +15,6 @@ namespace {
 
 constexpr double kHalfSampling = 0.5;  // cycles per pixel
 constexpr double kBand = 1.96;         // standard deviations on each side
-constexpr double kPlotWidth = 430, kPlotHeight = 300;
 constexpr const char* kStyle =
     "body{font:15px/1.45 sans-serif;max-width:960px;margin:2em auto;padding:0 1em;color:#222}"
     "table{border-collapse:collapse;margin:.6em 0}"
@@ -22,14 +22,6 @@ constexpr const char* kStyle =
     "td:first-child,th:first-child{text-align:left}"
     "figure{display:inline-block;margin:.4em}"
     ".small{color:#555;font-size:13px}";
-
-std::string color_of(const std::string& channel) {
-  if (channel == "red") return "#c0392b";
-  if (channel == "green") return "#2a8f43";
-  if (channel == "blue") return "#2f5fc4";
-  if (channel == "infrared") return "#7a4a9e";
-  return "#333333";
-}
 
 std::vector<const ChannelEdge*> with_figures(const MeasuredEdge& edge) {
   std::vector<const ChannelEdge*> out;
@@ -41,25 +33,14 @@ std::vector<const ChannelEdge*> with_figures(const MeasuredEdge& edge) {
   return out;
 }
 
-struct Plot {
-  SvgPage page{kPlotWidth, kPlotHeight};
-  PlotArea area;
-  Plot(const std::string& title, Vec2 lowest, Vec2 highest, Vec2 step, int decimals,
-       const std::string& x_name, const std::string& y_name)
-      : area({58, 42}, kPlotWidth - 76, kPlotHeight - 94, lowest, highest) {
-    page.text({kPlotWidth / 2, 14}, title, 13, SvgPage::Anchor::kMiddle);
-    area.draw_axes(page, step, decimals, x_name, y_name);
-  }
-};
-
 double between(double x, double low, double high) { return std::clamp(x, low, high); }
 
 std::string mtf_svg(const std::vector<const ChannelEdge*>& channels) {
   constexpr double kLow = -0.1, kHigh = 1.2;
-  Plot plot("Modulation transfer, 95 % band; dashed: within the window", {0, kLow}, {1, kHigh},
-            {0.1, 0.1}, 1, "cycles / pixel", "modulation");
+  ReportPlot plot("Modulation transfer, 95 % band; dashed: within the window", {0, kLow},
+                  {1, kHigh}, {0.1, 0.1}, 1, "cycles / pixel", "modulation");
   for (const ChannelEdge* c : channels) {
-    const std::string color = color_of(c->channel);
+    const std::string color = channel_color(c->channel);
     std::vector<Vec2> band, line, window;
     for (const MtfPoint& p : c->measured.mtf.all.points) {
       band.push_back(plot.area.at(p.f_cy_per_px, between(p.value + kBand * p.sd, kLow, kHigh)));
@@ -92,8 +73,8 @@ double shown_px(const std::vector<const ChannelEdge*>& channels) {
 
 std::string esf_svg(const std::vector<const ChannelEdge*>& channels) {
   const double reach = shown_px(channels);
-  Plot plot("Edge spread; dots: pixels, gathered", {-reach, -0.2}, {reach, 1.2}, {reach / 4, 0.2},
-            1, "px", "light");
+  ReportPlot plot("Edge spread; dots: pixels, gathered", {-reach, -0.2}, {reach, 1.2},
+                  {reach / 4, 0.2}, 1, "px", "light");
   for (const ChannelEdge* c : channels) {
     std::vector<Vec2> line;
     for (const ProfilePlotPoint& p : c->measured.profile) {
@@ -101,10 +82,10 @@ std::string esf_svg(const std::vector<const ChannelEdge*>& channels) {
       line.push_back(plot.area.at(p.d_px, between(p.esf, -0.2, 1.2)));
       if (p.n > 0) {
         plot.page.dot(plot.area.at(p.d_px, between(p.measured, -0.2, 1.2)), 1,
-                      color_of(c->channel));
+                      channel_color(c->channel));
       }
     }
-    plot.page.path(line, {color_of(c->channel), 1, ""});
+    plot.page.path(line, {channel_color(c->channel), 1, ""});
   }
   return plot.page.str();
 }
@@ -116,7 +97,8 @@ std::string lsf_svg(const std::vector<const ChannelEdge*>& channels) {
     for (const ProfilePlotPoint& p : c->measured.profile) top = std::max(top, p.lsf);
   }
   top = 0.1 * std::ceil(10 * top + 0.2);
-  Plot plot("Line spread", {-reach, -0.1}, {reach, top}, {reach / 4, 0.1}, 1, "px", "light / px");
+  ReportPlot plot("Line spread", {-reach, -0.1}, {reach, top}, {reach / 4, 0.1}, 1, "px",
+                  "light / px");
   for (const ChannelEdge* c : channels) {
     std::vector<Vec2> line;
     for (const ProfilePlotPoint& p : c->measured.profile) {
@@ -124,7 +106,7 @@ std::string lsf_svg(const std::vector<const ChannelEdge*>& channels) {
         line.push_back(plot.area.at(p.d_px, between(p.lsf, -0.1, top)));
       }
     }
-    plot.page.path(line, {color_of(c->channel), 1.3, ""});
+    plot.page.path(line, {channel_color(c->channel), 1.3, ""});
   }
   return plot.page.str();
 }
@@ -142,8 +124,8 @@ std::string residual_svg(const std::vector<ResidualCurve>& curves, double reach)
     }
   }
   most = std::min(20.0, 0.4 * std::ceil(most / 0.4));
-  Plot plot("What the shared optics leave over", {-reach, -most}, {reach, most},
-            {reach / 4, most / 4}, 1, "px", "% of the contrast");
+  ReportPlot plot("What the shared optics leave over", {-reach, -most}, {reach, most},
+                  {reach / 4, most / 4}, 1, "px", "% of the contrast");
   for (const ResidualCurve& c : curves) {
     std::vector<Vec2> line;
     for (const PsfFit::Residual& p : *c.points) {
@@ -151,7 +133,7 @@ std::string residual_svg(const std::vector<ResidualCurve>& curves, double reach)
         line.push_back(plot.area.at(p.d_px, between(100 * p.value, -most, most)));
       }
     }
-    plot.page.path(line, {color_of(c.channel), 0.9, ""});
+    plot.page.path(line, {channel_color(c.channel), 0.9, ""});
   }
   return plot.page.str();
 }
@@ -209,7 +191,7 @@ std::string edge_html(const MeasuredEdge& edge, double dpi,
     out += fmt::format(
         "<tr><td style=\"color:{}\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
         "<td>{}</td><td>{}</td><td>{}</td><td>{:.2f}°</td><td>{:.2f} %</td></tr>\n",
-        color_of(c->channel), xml_text(c->channel), crossing(all.mtf50),
+        channel_color(c->channel), xml_text(c->channel), crossing(all.mtf50),
         lines_per_mm(all.mtf50, dpi), crossing(all.mtf10), lines_per_mm(all.mtf10, dpi), efficiency,
         quarter < all.points.size() ? fmt::format("{:.3f}", all.points[quarter].value)
                                     : std::string("unknown"),
@@ -289,8 +271,12 @@ std::string calibration_html(const CalibrationReport& report) {
       kStyle, xml_text(report.made_at_utc));
   if (report.profile != nullptr) out += unit_html(*report.profile);
   if (report.psf != nullptr) out += psf_html(*report.psf);
-  const bool fitted = report.psf != nullptr && report.psf->ok;
-  std::size_t psf_edge = 0;  // of those that were fitted
+  if (report.profile != nullptr && report.profile->psf_model) {
+    out += field_html(*report.profile->psf_model);
+  }
+  if (report.focus != nullptr) out += focus_html(*report.focus);
+  if (report.gate != nullptr) out += gate_html(*report.gate);
+  const bool fitted = report.psf != nullptr && report.psf_edges != nullptr && report.psf->ok;
   for (const MeasuredFile& file : report.files) {
     out += "<h2>" + xml_text(file.path.filename().string()) + "</h2>\n";
     out += fmt::format("<p class=\"small\">{} × {} px{}{}</p>\n", file.width_px, file.height_px,
@@ -301,11 +287,13 @@ std::string calibration_html(const CalibrationReport& report) {
     for (const MeasuredEdge& edge : file.edges) {
       std::vector<ResidualCurve> residuals;
       for (const ChannelEdge& c : edge.channels) {
-        if (!fits_psf(c)) continue;
-        if (fitted && psf_edge < report.psf->residuals.size()) {
-          residuals.push_back({c.channel, &report.psf->residuals[psf_edge]});
+        if (!fitted) break;
+        const auto& of = report.psf_edges->of;
+        const auto at = std::ranges::find(of, &c);
+        const auto i = static_cast<std::size_t>(at - of.begin());
+        if (at != of.end() && i < report.psf->residuals.size()) {
+          residuals.push_back({c.channel, &report.psf->residuals[i]});
         }
-        ++psf_edge;
       }
       out += edge_html(edge, file.dpi, residuals);
     }

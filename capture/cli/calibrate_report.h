@@ -5,15 +5,22 @@
 #include <string>
 #include <vector>
 
+#include "calibration/gate/gate.h"
 #include "calibration/psf/psf_fit.h"
+#include "capture/cli/calibrate_focus.h"
+#include "capture/cli/calibrate_gate.h"
+#include "capture/cli/calibrate_psf.h"
 #include "capture/cli/calibrate_run.h"
 
 namespace reseau::cli {
 
 struct CalibrationReport {
   const std::vector<MeasuredFile>& files;
-  const PsfFit* psf = nullptr;       // null: not fitted
-  const Profile* profile = nullptr;  // null: nothing that belongs to one unit
+  const PsfFit* psf = nullptr;           // null: not fitted
+  const PsfChoice* psf_edges = nullptr;  // what it was made of
+  const Profile* profile = nullptr;      // null: nothing that belongs to one unit
+  const FocusResult* focus = nullptr;    // null: fewer than three settings
+  const GateResult* gate = nullptr;      // null: no scans of an open frame
   std::string made_at_utc;
 };
 

@@ -180,7 +180,8 @@ WeightedMean mean_of(double weight, double sum, double squares, int n) {
 
 // Normal equations for where a channel lies against green, from edges of several directions.
 struct Offset {
-  double xx = 0, xy = 0, yy = 0, x = 0, y = 0;
+  double xx = 0, xy = 0, yy = 0, x = 0, y = 0, squares = 0;
+  int n = 0;
 };
 
 void add_curve(const MtfCurve& mtf, Curve& curve) {
@@ -221,13 +222,19 @@ void add_edge(const MeasuredEdge& edge, std::array<Width, kProfileChannels>& wid
     const double a = green->line.normal_rad;
     const double nx = std::cos(a), ny = std::sin(a);
     const double apart = nx * (m.line.middle.x - green->line.middle.x) +
-                         ny * (m.line.middle.y - green->line.middle.y);
+                         ny * (m.line.middle.y - green->line.middle.y) + m.line.offset_px -
+                         green->line.offset_px;
+    constexpr double kSurest_px = 1e-5;
+    const double apart_sd = std::max(kSurest_px, std::hypot(m.offset_sd_px, green->offset_sd_px));
+    const double weight = 1 / (apart_sd * apart_sd);
     Offset& o = offsets[*channel];
-    o.xx += nx * nx;
-    o.xy += nx * ny;
-    o.yy += ny * ny;
-    o.x += nx * apart;
-    o.y += ny * apart;
+    o.xx += weight * nx * nx;
+    o.xy += weight * nx * ny;
+    o.yy += weight * ny * ny;
+    o.x += weight * nx * apart;
+    o.y += weight * ny * apart;
+    o.squares += weight * apart * apart;
+    ++o.n;
   }
 }
 
@@ -273,8 +280,14 @@ Profile profile_of(const std::vector<MeasuredFile>& files) {
     const double trace = o.xx + o.yy;
     // Two directions at least 15 degrees apart.
     if (trace > 0 && determinant > 0.015 * trace * trace) {
-      out.offset_from_green_px[c] =
-          Vec2{(o.yy * o.x - o.xy * o.y) / determinant, (o.xx * o.y - o.xy * o.x) / determinant};
+      const Vec2 at{(o.yy * o.x - o.xy * o.y) / determinant,
+                    (o.xx * o.y - o.xy * o.x) / determinant};
+      out.offset_from_green_px[c] = at;
+      // Edges that disagree by more than they claim make it as unsure as they are apart.
+      const double chi2 = std::max(0.0, o.squares - at.x * o.x - at.y * o.y);
+      const double scatter = o.n > 2 ? std::max(1.0, chi2 / (o.n - 2)) : 1.0;
+      out.offset_sd_px[c] = OffsetSd{std::sqrt(scatter * o.yy / determinant),
+                                     std::sqrt(scatter * o.xx / determinant)};
     }
   }
   out.source_file = files.front().path.filename().string();

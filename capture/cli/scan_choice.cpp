@@ -37,7 +37,7 @@ bool is_our_device_name(std::string_view name) {
 
 void ScanChoice::add_to(CLI::App& app) {
   const char* const group = "Scan";
-  app.add_option("-d,--device-name", device,
+  app.add_option("-d,--device-name,--device", device,
                  "usb:04b0:4002, sim:ls5000, replay:FILE …; also RESEAU_DEVICE, "
                  "SANE_DEFAULT_DEVICE")
       ->group(group);

@@ -1,18 +1,25 @@
-#include <cmath>
-#include <ctime>
+#include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "calibration/profile/profile_io.h"
+#include "capture/cli/calibrate_bench.h"
+#include "capture/cli/calibrate_compare.h"
+#include "capture/cli/calibrate_focus.h"
+#include "capture/cli/calibrate_gate.h"
 #include "capture/cli/calibrate_psf.h"
 #include "capture/cli/calibrate_report.h"
 #include "capture/cli/calibrate_run.h"
 #include "capture/cli/develop_choice.h"
+#include "capture/cli/event_log.h"
+#include "capture/cli/failure.h"
 #include "capture/cli/pixel_area.h"
 #include "capture/cli/verbs.h"
 #include "capture/cli/write_text.h"
@@ -23,7 +30,8 @@ namespace reseau::cli {
 namespace {
 
 struct CalibrateArguments {
-  std::vector<std::string> files;
+  std::vector<std::string> files, gate;
+  BenchChoice bench;
   std::string roi, infrared_file, profile, model, serial, report;
   std::optional<double> gamma;
   double window_px = 28, dpi = 0;
@@ -35,9 +43,8 @@ PixelRect parse_roi(const std::string& text) {
   return {x, y, width, height};
 }
 
-// What the files say of the unit, or the person where they do not.
-Profile unit_of(const std::vector<MeasuredFile>& files, const CalibrateArguments& options) {
-  Profile profile = profile_of(files);
+// What the person says of the unit.
+Profile with_names(Profile profile, const CalibrateArguments& options) {
   if (!options.model.empty()) profile.model = options.model;
   if (!options.serial.empty()) profile.serial = options.serial;
   if (options.dpi > 0) profile.resolution_dpi = options.dpi;
@@ -45,48 +52,117 @@ Profile unit_of(const std::vector<MeasuredFile>& files, const CalibrateArguments
   return profile;
 }
 
-// The profile of this unit that is kept, held against the new one, as sentences and JSON.
-void compare_with_kept(const Profile& now, Reporter& reporter, nlohmann::ordered_json& result) {
-  const ProfileSearch search =
-      find_profile(default_profile_directory(), now.model, now.serial, now.resolution_dpi);
-  for (const std::string& problem : search.problems) reporter.warning(problem);
-  if (!search.found) {
-    reporter.warning(fmt::format("There is no earlier calibration of '{}' with serial number '{}'.",
-                                 now.model, now.serial));
-    result["compared_with"] = nullptr;
-    return;
-  }
-  const Profile& kept = search.found->profile;
-  nlohmann::ordered_json compared = {{"path", search.found->path.string()},
-                                     {"measured_at_utc", kept.measured_at_utc}};
-  CaptureContext context;
-  context.make = now.make;
-  context.model = now.model;
-  context.serial = now.serial;
-  context.firmware = now.firmware;
-  context.holder = now.holder;
-  compared["mismatches"] = mismatches(kept, context, now.resolution_dpi);
-  nlohmann::ordered_json channels = nlohmann::ordered_json::object();
-  reporter.result_line(fmt::format("Against the calibration of {}:", kept.measured_at_utc));
+// What the files say of the unit, or the person where they do not.
+Profile unit_of(const std::vector<MeasuredFile>& files, const CalibrateArguments& options) {
+  return with_names(profile_of(files), options);
+}
+
+// The same where there is nothing but an open frame.
+Profile gate_unit(const CaptureContext& context, double dpi, const CalibrateArguments& options) {
+  Profile profile;
+  profile.make = context.make;
+  profile.model = context.model;
+  profile.serial = context.serial;
+  profile.firmware = context.firmware;
+  profile.holder = context.holder;
+  profile.resolution_dpi = dpi;
+  profile.source_file = std::filesystem::path(options.gate.front()).filename().string();
+  profile.tool_version = RESEAU_VERSION;
+  profile.method = "open frame";
+  return with_names(std::move(profile), options);
+}
+
+// Where the channels lie against green, from edges of two directions.
+void report_offsets(const Profile& profile, Reporter& reporter, nlohmann::ordered_json& result) {
+  nlohmann::ordered_json offsets = nlohmann::ordered_json::object();
   for (std::size_t c = 0; c < kProfileChannels; ++c) {
-    if (!now.psf[c] || !kept.psf[c]) continue;
-    const double change = now.psf[c]->sigma_px / kept.psf[c]->sigma_px - 1;
-    const double sd = std::hypot(now.psf[c]->sd_px, kept.psf[c]->sd_px) / kept.psf[c]->sigma_px;
-    channels[kProfileChannelNames[c]] = {{"width_change", change}, {"width_change_sd", sd}};
-    reporter.result_line(fmt::format("  {:<9} width {:+.2f} % ± {:.2f} %{}",
-                                     kProfileChannelNames[c], 100 * change, 100 * sd,
-                                     std::abs(change) > 3 * sd ? ", changed" : ""));
+    const auto& at = profile.offset_from_green_px[c];
+    const auto& sd = profile.offset_sd_px[c];
+    if (!at || !sd) continue;
+    offsets[kProfileChannelNames[c]] = {
+        {"x_px", at->x}, {"y_px", at->y}, {"x_sd_px", sd->x_px}, {"y_sd_px", sd->y_px}};
+    reporter.result_line(
+        fmt::format("{:<9} from green: {:+.4f} ± {:.4f} px along the sensor, "
+                    "{:+.4f} ± {:.4f} px along the motion",
+                    kProfileChannelNames[c], at->x, sd->x_px, at->y, sd->y_px));
   }
-  compared["channels"] = channels;
-  result["compared_with"] = compared;
+  if (!offsets.empty()) result["offset_from_green"] = offsets;
+}
+
+bool is_profile(const std::string& path) {
+  return std::filesystem::path(path).extension() == ".json";
+}
+
+// Profiles instead of scans: two against each other.
+ExitCode run_compare(const CalibrateArguments& options, Work& work) {
+  if (options.files.size() != 2 || !is_profile(options.files[0]) || !is_profile(options.files[1])) {
+    throw Failure(kExitUsage, "Two calibrations are compared, or scans with the one that is kept.",
+                  "Give 'calibrate --compare NOW.json EARLIER.json', or scans of edges.");
+  }
+  const nlohmann::ordered_json result = as_failure(Doing::kReadingInput, [&] {
+    return compare_files(options.files[0], options.files[1], work.reporter);
+  });
+  work.reporter.result_json(result);
+  return kExitOk;
+}
+
+// Everything that was measured, wherever the scans come from.
+struct Gathered {
+  std::vector<MeasuredFile> files;
+  std::vector<FocusShot> focus;
+  std::vector<GateScan> gate;
+  CaptureContext gate_context;  // of the first file of an open frame
+  double gate_dpi = 0;
+};
+
+bool gather_files(const CalibrateArguments& options, const MeasureChoice& choice, Work& work,
+                  Gathered& out) {
+  for (const std::string& path : options.files) {
+    if (work.signals.stop().stop_requested()) return false;
+    out.files.push_back(as_failure(Doing::kReadingInput,
+                                   [&] { return measure_file(path, choice, work.reporter); }));
+  }
+  out.focus = focus_shots(out.files);
+  for (const std::string& path : options.gate) {
+    if (work.signals.stop().stop_requested()) return false;
+    CaptureContext context;
+    double dpi = 0;
+    out.gate.push_back(as_failure(Doing::kReadingInput, [&] {
+      return read_gate(path, choice.read, context, dpi, work.reporter);
+    }));
+    if (out.gate.size() > 1) continue;
+    out.gate_context = context;
+    out.gate_dpi = dpi;
+  }
+  return true;
+}
+
+void check_profile(const Profile& profile) {
+  if (profile.model.empty()) {
+    throw InputError(
+        "The files do not say which scanner made them; give --model, and --serial if there is "
+        "one.");
+  }
+  if (!(profile.resolution_dpi > 0)) {
+    throw InputError("The files do not say their resolution; give --dpi.");
+  }
+  validate(profile);
 }
 
 ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
   Reporter& reporter = work.reporter;
+  const bool profiles = std::ranges::any_of(options.files, is_profile);
+  if (options.compare && profiles) return run_compare(options, work);
+  // With neither scans nor an open frame to read, a scanner makes them.
+  const bool bench = options.files.empty() && options.gate.empty();
+  if (!bench && !options.bench.scan.device.empty()) {
+    throw Failure(kExitUsage, "Files were given and a scanner.",
+                  "Leave out the files to calibrate at the scanner, or --device to measure files.");
+  }
   MeasureChoice choice;
   as_failure(Doing::kReadingOptions, [&] {
     if (!options.roi.empty()) choice.roi = parse_roi(options.roi);
-    if (choice.roi && options.files.size() > 1) {
+    if (choice.roi && options.files.size() != 1) {
       throw InputError("--roi is a region of one file; give one file with it.");
     }
   });
@@ -94,62 +170,90 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
   choice.read.gamma = options.gamma;
   choice.read.infrared_file = options.infrared_file;
   choice.window_px = options.window_px;
-  std::vector<MeasuredFile> files;
-  bool any = false;
-  for (const std::string& path : options.files) {
-    if (work.signals.stop().stop_requested()) return kExitCancelled;
-    files.push_back(
-        as_failure(Doing::kReadingInput, [&] { return measure_file(path, choice, reporter); }));
-    any = any || files.back().edges.front().measured();
+  Gathered all;
+  std::string report = options.report, device;
+  if (bench) {
+    auto done = run_bench(options.bench, choice, work);
+    if (!done) return kExitCancelled;
+    device = done->device;
+    if (report.empty()) {
+      report = std::filesystem::path(done->edge_file).replace_extension(".html").string();
+    }
+    all.files.push_back(std::move(done->edges));
+    all.focus = std::move(done->focus);
+    all.gate = std::move(done->gate);
+  } else if (!gather_files(options, choice, work, all)) {
+    return kExitCancelled;
   }
+  const bool any = std::ranges::any_of(all.files, [](const MeasuredFile& file) {
+    return !file.edges.empty() && file.edges.front().measured();
+  });
+
   nlohmann::ordered_json result;
-  if (files.size() == 1) {
-    result = file_to_json(files.front());
+  if (all.files.size() == 1) {
+    result = file_to_json(all.files.front());
   } else {
     result = {{"schema", "reseau-calibration/1"}};
-    for (const MeasuredFile& file : files) result["files"].push_back(file_to_json(file));
+    for (const MeasuredFile& file : all.files) result["files"].push_back(file_to_json(file));
   }
-  for (const MeasuredFile& file : files) reporter.result_line(describe(file));
+  if (bench) result["device"] = device;
+  for (const MeasuredFile& file : all.files) reporter.result_line(describe(file));
+  std::optional<FocusResult> focus;
+  if (!all.focus.empty()) focus = find_focus(all.focus);
+  if (focus) {
+    result["focus"] = focus_to_json(*focus);
+    reporter.result_line(describe(*focus));
+  }
+  std::optional<GateResult> gate;
+  if (!all.gate.empty()) {
+    gate = measure_gate(all.gate);
+    result["gate"] = gate_to_json(*gate);
+    reporter.result_line(describe(*gate));
+  }
+  const bool keep = bench || options.save || !options.profile.empty();
   std::optional<PsfFit> psf;
-  if (any && (options.psf || !options.report.empty())) {
-    psf = fit_psf(psf_edges(files));
+  PsfChoice psf_choice;
+  if (any && (options.psf || keep || !report.empty())) {
+    psf_choice = psf_edges(all.files);
+    std::vector<PsfEdge> edges = psf_choice.edges;
+    if (bench) add_psf_edges(all.focus, edges);
+    psf = fit_psf(edges);
     result["psf"] = psf_to_json(*psf);
     reporter.result_line(describe(*psf));
   }
-  if (!options.report.empty()) {
-    std::optional<Profile> unit;
-    if (any) unit = unit_of(files, options);
-    write_text(
-        options.report,
-        calibration_html({files, psf ? &*psf : nullptr, unit ? &*unit : nullptr, utc_now(false)}),
-        reporter);
-    result["report"] = options.report;
+  std::optional<Profile> profile;
+  if (any || gate) {
+    profile =
+        any ? unit_of(all.files, options) : gate_unit(all.gate_context, all.gate_dpi, options);
+    report_offsets(*profile, reporter, result);
+    if (psf) put_psf(*psf, psf_choice, all.files, *profile);
+    if (profile->psf_model) result["field"] = field_to_json(*profile->psf_model);
+    if (focus) put_focus(*focus, *profile);
+    if (gate) put_gate(*gate, *profile);
   }
-  if (any && (options.save || options.compare || !options.profile.empty())) {
-    const Profile profile = unit_of(files, options);
-    as_failure(Doing::kReadingInput, [&] {
-      if (profile.model.empty()) {
-        throw InputError(
-            "The files do not say which scanner made them; give --model, and --serial "
-            "if there is one.");
-      }
-      if (!(profile.resolution_dpi > 0)) {
-        throw InputError("The files do not say their resolution; give --dpi.");
-      }
-      validate(profile);
-    });
-    if (options.compare) compare_with_kept(profile, reporter, result);
-    if (options.save || !options.profile.empty()) {
+  if (!report.empty()) {
+    write_text(report,
+               calibration_html({all.files, psf ? &*psf : nullptr, &psf_choice,
+                                 profile ? &*profile : nullptr, focus ? &*focus : nullptr,
+                                 gate ? &*gate : nullptr, utc_now(false)}),
+               reporter);
+    result["report"] = report;
+  }
+  const bool useful = any || (gate && all.files.empty());
+  if (profile && useful && (keep || options.compare)) {
+    as_failure(Doing::kReadingInput, [&] { check_profile(*profile); });
+    if (options.compare) compare_with_kept(*profile, reporter, result);
+    if (keep) {
       const std::filesystem::path path = options.profile.empty()
-                                             ? profile_path(default_profile_directory(), profile)
+                                             ? profile_path(default_profile_directory(), *profile)
                                              : std::filesystem::path(options.profile);
-      as_failure(Doing::kWriting, [&] { save_profile(profile, path); });
+      as_failure(Doing::kWriting, [&] { save_profile(*profile, path); });
       result["profile"] = path.string();
       reporter.result_line(fmt::format("Kept as {}", path.string()));
     }
   }
   reporter.result_json(result);
-  if (!any) {
+  if (!useful) {
     reporter.warning("No edge could be measured; the reasons stand beside each channel.");
     return kExitInput;
   }
@@ -164,13 +268,20 @@ void add_calibrate(Program& program) {
       "calibrate",
       "Measures how sharp a scanner is from slanted edges (a razor blade, a slit) in its scans: "
       "modulation\ntransfer of every channel with its uncertainty, or the reasons why there is "
-      "none. Without --roi the\nedges are sought. No edge: exit code 65.",
+      "none. Without --roi the\nedges are sought. No edge: exit code 65. Without FILES a scanner "
+      "makes the scans: the edge, other\nfocus settings, an open frame; the calibration is kept, a "
+      "report written.",
       "reseau calibrate razor.tif --roi 120,80,172,100 --json\n"
       "reseau calibrate razor-a.tif razor-b.tif --report razor.html --save --model 'LS-9000 ED' "
-      "--dpi 4000",
+      "--dpi 4000\n"
+      "reseau calibrate --device sim:ls5000 --yes -x 8mm -y 8mm -o bench",
       [options](Work& work) { return run_calibrate(*options, work); });
-  app->add_option("FILES", options->files, "Scans of edges: TIFF (8, 16 bit, float) or EXR")
-      ->required();
+  app->add_option("FILES", options->files,
+                  "Scans of edges: TIFF (8, 16 bit, float) or EXR; none: a scanner makes them");
+  app->add_option("--gate", options->gate,
+                  "A scan of an open frame; again for scans of other exposures")
+      ->allow_extra_args(false);
+  options->bench.add_to(*app);
   app->add_option("--roi", options->roi, "The region of the edge, x,y,width,height in pixels");
   app->add_option("--gamma", options->gamma,
                   "Encoding gamma of the samples; overrides an embedded profile")
@@ -193,7 +304,8 @@ void add_calibrate(Program& program) {
   app->add_option("--profile", options->profile, "Write the calibration to this file")
       ->group("Profile");
   app->add_flag("--compare", options->compare,
-                "Hold the result against the calibration that is kept")
+                "Hold the result against the calibration that is kept, or two calibrations\n"
+                "(FILES: NOW.json EARLIER.json) against each other")
       ->group("Profile");
   app->add_option("--model", options->model, "The scanner, where the files do not say")
       ->group("Profile");

@@ -7,6 +7,7 @@
 #include "capture/color/color_record.h"
 #include "core/base/error.h"
 #include "core/color/white_balance.h"
+#include "core/line/corrected_lines.h"
 #include "core/line/rgb_lines.h"
 
 namespace reseau {
@@ -64,10 +65,14 @@ std::optional<Vector3> white_balance_of(const LineSource& source, const Registra
 
 }  // namespace
 
-Development develop(const LineSource& whole, const DevelopOptions& options,
+Development develop(const LineSource& scanned, const DevelopOptions& options,
                     const DevelopProgress& progress, const std::stop_token& stop) {
   // Before any work: colours that cannot be made must not cost a scan's time.
   static_cast<void>(make_color_model(options.color));
+  // Levels are linear in light in a master; in a file that is encoded nobody knows them.
+  const bool levels = options.tone.is_linear() && !options.profile.levels.empty();
+  const CorrectedLines corrected(scanned, options.profile.levels);
+  const LineSource& whole = levels ? static_cast<const LineSource&>(corrected) : scanned;
   const RgbLines rgb(whole);
   const bool infrared = whole.format().plane_of(Channel::kInfrared) >= 0;
   const LineSource& source =

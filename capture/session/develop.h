@@ -56,7 +56,8 @@ struct Development {
   std::optional<PictureResult> picture;        // when written
 };
 
-// Waits for lines as they are committed. When the source ends before its last line, nothing is
+// Waits for lines as they are committed. Dark level and flat field of the profile are taken from
+// samples that are linear in light. When the source ends before its last line, nothing is
 // written: the caller opens what there is as a file and develops that. Throws what source, colour
 // tables and writer throw; then no output file is left.
 [[nodiscard]] Development develop(const LineSource& source, const DevelopOptions& options,

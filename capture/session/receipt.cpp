@@ -176,6 +176,11 @@ ordered_json report_to_json(const Receipt& receipt) {
   if (!profile.path.empty()) {
     sharpness["profile"] = {{"path", profile.path.string()},
                             {"measured_at_utc", profile.measured_at_utc}};
+    const bool linear = receipt.settings.tone.is_linear();
+    sharpness["profile"]["dark_level_used"] =
+        linear && std::ranges::any_of(profile.levels.dark_level, [](double d) { return d != 0; });
+    sharpness["profile"]["flat_field_used"] =
+        linear && profile.levels.fits(receipt.input.format.width_px);
   }
   if (!profile.notes.empty()) sharpness["profile_notes"] = profile.notes;
   put_number(sharpness, "stretch", report.sharpness.stretch);

@@ -34,13 +34,16 @@ UsedProfile used(const Profile& profile, std::filesystem::path path,
                  const CaptureContext& context) {
   UsedProfile out;
   out.unit.transfer = profile.transfer;
+  for (std::size_t c = 0; c < kProfileChannels; ++c) {
+    out.levels.dark_level[c] = profile.dark_level[c].value_or(0);
+  }
+  out.levels.flat_gain = profile.flat_gain;
   out.path = std::move(path);
   out.measured_at_utc = profile.measured_at_utc;
   out.notes = mismatches(profile, context, 0);
-  if (out.unit.empty()) {
+  if (out.unit.empty() && out.levels.empty()) {
     out.notes.emplace_back(
-        "The calibration holds no transfer curves: calibrate again, so that reconstruction can use "
-        "them.");
+        "The calibration holds nothing that reconstruction can use: calibrate again.");
   }
   const auto then = day_of(profile.measured_at_utc), now = day_of(context.started_at_utc);
   constexpr std::chrono::days kOld{365};

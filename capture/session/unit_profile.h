@@ -8,6 +8,7 @@
 
 #include "calibration/profile/profile.h"
 #include "core/line/capture_context.h"
+#include "core/line/corrected_lines.h"
 #include "core/reconstruct/unit_sharpness.h"
 
 namespace reseau {
@@ -26,6 +27,7 @@ struct ProfileChoice {
 // For reconstruction and receipts.
 struct UsedProfile {
   UnitSharpness unit;          // empty when there is none
+  LevelCorrection levels;      // likewise: dark level, flat field
   std::filesystem::path path;  // empty when there is none
   std::string measured_at_utc;
   std::vector<std::string> notes;  // sentences: why none is used, or what to mind

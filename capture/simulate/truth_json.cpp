@@ -10,8 +10,8 @@ using Json = nlohmann::ordered_json;
 
 Json film_json(const sim::FilmSpec& f) {
   constexpr std::array<const char*, 3> kKinds{"dufay", "none", "empty"};
-  constexpr std::array<const char*, 7> kScenes{"chart", "natural", "sweep", "edges",
-                                               "zone",  "star",    "image"};
+  constexpr std::array<const char*, 9> kScenes{"chart", "natural", "sweep", "edges", "zone",
+                                               "star",  "image",   "razor", "clear"};
   constexpr std::array<const char*, 7> kDyes{"harrison_horner", "cornwell_clyne", "collins_giles",
                                              "neblette",        "thames",         "dioptichrome",
                                              "measured"};

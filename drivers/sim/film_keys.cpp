@@ -46,6 +46,13 @@ WordKey with_screens(WordKey key, const std::function<void(SimSpec&, ScreenKind)
   return key;
 }
 
+// A holder with something that measures the scanner, filling its frame.
+void set_target(SimSpec& s, SceneKind scene) {
+  s.film.kind = FilmKind::kPlain;
+  s.film.scene = scene;
+  s.film.frame.border_px = 0;
+}
+
 template <DyeSource kSource>
 void set_dyes(SimSpec& s) {
   s.film.dyes.source = kSource;
@@ -58,8 +65,11 @@ const std::vector<WordKey>& film_word_keys() {
       with_screens({"film",
                     {{"dufay", [](SimSpec& s) { s.film.kind = FilmKind::kDufay; }},
                      {"none", [](SimSpec& s) { s.film.kind = FilmKind::kPlain; }},
-                     {"empty", [](SimSpec& s) { s.film.kind = FilmKind::kEmpty; }}},
-                    "a film with the named screen, a silver picture without a réseau, or no film",
+                     {"empty", [](SimSpec& s) { s.film.kind = FilmKind::kEmpty; }},
+                     {"razor", [](SimSpec& s) { set_target(s, SceneKind::kRazor); }},
+                     {"clear", [](SimSpec& s) { set_target(s, SceneKind::kClear); }}},
+                    "a film with the named screen, a silver picture without a réseau, no film, "
+                    "blades with slanted edges, or a holder with an open frame",
                     {}},
                    [](SimSpec& s, ScreenKind kind) {
                      s.film.kind = FilmKind::kDufay;
@@ -68,9 +78,11 @@ const std::vector<WordKey>& film_word_keys() {
       {"scene",
        {{"chart", [](SimSpec& s) { s.film.scene = SceneKind::kChart; }},
         {"chart24", [](SimSpec& s) { s.film.scene = SceneKind::kChart; }},
+        {"clear", [](SimSpec& s) { s.film.scene = SceneKind::kClear; }},
         {"edges", [](SimSpec& s) { s.film.scene = SceneKind::kEdges; }},
         {"image", [](SimSpec& s) { s.film.scene = SceneKind::kImage; }},
         {"natural", [](SimSpec& s) { s.film.scene = SceneKind::kNatural; }},
+        {"razor", [](SimSpec& s) { s.film.scene = SceneKind::kRazor; }},
         {"star", [](SimSpec& s) { s.film.scene = SceneKind::kStar; }},
         {"sweep", [](SimSpec& s) { s.film.scene = SceneKind::kSweep; }},
         {"zone", [](SimSpec& s) { s.film.scene = SceneKind::kZone; }}},
@@ -125,7 +137,8 @@ const std::vector<NumberKey>& film_keys() {
        [](SimSpec& s, double v) { s.film.mirrored = v != 0; }},
       {"fade", 0, 1, false, "0 fresh dyes, 1 grey elements",
        [](SimSpec& s, double v) { s.film.dyes.fade = v; }},
-      {"edge_angle", -89, 89, false, "of the borders of scene=edges from the y axis [degree]",
+      {"edge_angle", -89, 89, false,
+       "of the borders of scene=edges, of film=razor from the y axis [degree]",
        [](SimSpec& s, double v) { s.film.edge_angle_deg = v; }},
       {"finest", 0.01, 8, false, "frequency of scene=zone at half its smaller side [cycles/px]",
        [](SimSpec& s, double v) { s.film.finest_cy_per_px = v; }},

@@ -51,6 +51,12 @@ FilmStrip::FilmStrip(const FilmSpec& spec)
     case SceneKind::kStar:
       scenes_.push_back(make_star_scene(width, height, spec.spokes));
       break;
+    case SceneKind::kRazor:
+      scenes_.push_back(make_razor_scene(width, height, spec.edge_angle_deg));
+      break;
+    case SceneKind::kClear:
+      scenes_.push_back(make_clear_scene());
+      break;
     case SceneKind::kImage:
       scenes_.push_back(make_image_scene(spec.raster, width, height));
       break;

@@ -83,6 +83,14 @@ struct SceneRaster {
 [[nodiscard]] std::unique_ptr<Scene> make_edges_scene(double width_px, double height_px,
                                                       double angle_deg);
 
+// Square blades, one for about 900 px of the frame, turned by angle_deg: slanted edges of both
+// directions all over the field, 0.02 behind a blade, 1 beside it.
+[[nodiscard]] std::unique_ptr<Scene> make_razor_scene(double width_px, double height_px,
+                                                      double angle_deg);
+
+// Nothing in the light path.
+[[nodiscard]] std::unique_ptr<Scene> make_clear_scene();
+
 // Neutral, 0.5 + 0.45 cos(pi f r^2 / R): the frequency grows linearly with the distance r from the
 // centre and is finest_cy_per_px at R, half the smaller side.
 [[nodiscard]] std::unique_ptr<Scene> make_zone_scene(double width_px, double height_px,

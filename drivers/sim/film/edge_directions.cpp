@@ -26,7 +26,7 @@ Film::Edges edges_of(const FilmSpec& spec) {
       spec.scene == SceneKind::kImage) {
     edges.contrast = 1;
   }
-  if (spec.scene == SceneKind::kEdges) {
+  if (spec.scene == SceneKind::kEdges || spec.scene == SceneKind::kRazor) {
     edges.off_axes_deg = off_axes_deg(spec.edge_angle_deg);
     edges.contrast = 1;
   }

@@ -42,6 +42,32 @@ Profile full_profile() {
     profile.dark_level[c] = any(random);
     for (int i = 0; i < 100; ++i) profile.flat_gain[c].push_back(any(random));
   }
+  profile.gate[1] = GateRecord{1e-6,
+                               std::array{1e-9, -1e-10, 1e-11},
+                               1e-4,
+                               0.1,
+                               0.01,
+                               1e-5,
+                               {{1.004, 1e-5}, {0.996, 1e-5}},
+                               Measured{1e-4, 1e-6},
+                               {}};
+  profile.gate[1]->leakage[3] = Measured{0.02, 0.001};
+  profile.focus[3] = FocusRecord{0.25,
+                                 {209.5, 0.2},
+                                 Measured{10, 0.3},
+                                 Measured{20, 1},
+                                 0.8,
+                                 {{200, 0.4, 0.001}, {210, 0.5, 0.002}}};
+  profile.offset_sd_px[2] = OffsetSd{0.01, 0.02};
+  PsfRecord model;
+  model.names = {"a", "b"};
+  model.values = {1, 2};
+  model.sd = {0.1, 0};
+  model.determined = {true, false};
+  model.covariance = {0.01, 0, 0, 0};
+  model.chi2_per_freedom = 1.1;
+  model.field[0] = FieldRecord{0, {0.02}, {1e-6}, {{-1, 1, 0.02, 0.001}}};
+  profile.psf_model = model;
   profile.psf[2].reset();
   profile.dark_level[3].reset();
   profile.source_file = "razor.tif";
