@@ -57,7 +57,7 @@ double mtf50_of(double sigma_px) {
 
 TEST(CalibrateBenchE2e, ASimulatedUnitIsMeasuredAsItIs) {
   const TempDir dir;
-  const ProcessResult run = reseau(
+  const ProcessResult run = calibrate(
       bench(dir, "sim:ls5000?noise=0.004&dark=0.01&shading=0.08&pixel_gain=0.01"), home_of(dir));
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json result = json_lines(run.out).at(0);
