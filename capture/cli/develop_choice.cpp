@@ -43,6 +43,12 @@ void DevelopChoice::add_to(CLI::App& app) {
                  "draft, standard (default) or best: coarser and faster, or finer and slower")
       ->check(CLI::IsMember({"draft", "standard", "best"}))
       ->group(group);
+  app.add_option("--demosaic", demosaic,
+                 "How elements become a picture: nearest, bilinear (that of draft), bicubic "
+                 "(standard),\nratio (bicubic, as bright as the silver is), joint (best); default: "
+                 "that of the quality")
+      ->check(CLI::IsMember({"nearest", "bilinear", "bicubic", "ratio", "joint"}))
+      ->group(group);
   app.add_option("--white", white_level,
                  "Linear value of clear film in the scan, 1 = full scale (default 1)")
       ->group(group);
@@ -106,6 +112,7 @@ DevelopOptions DevelopChoice::resolve(Reporter& reporter) const {
   options.n_threads = n_threads;
   options.exact = exact;
   options.quality = parse_quality(quality);
+  if (!demosaic.empty()) options.demosaic = parse_demosaic(demosaic);
   options.frame.geometry = parse_geometry(geometry);
   options.frame.scale = scale;
   if (!roi.empty()) options.frame.region = bounds_of(roi);

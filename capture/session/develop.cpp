@@ -43,6 +43,7 @@ ReconstructOptions reconstruct_options_of(const DevelopOptions& options) {
   out.n_threads = options.n_threads;
   out.exact = options.exact;
   out.quality = options.quality;
+  out.demosaic = options.demosaic;
   return out;
 }
 

@@ -203,6 +203,7 @@ ordered_json settings_to_json(const Receipt& receipt) {
   if (s.neutral) object["neutral"] = s.neutral->text();
   object["view_gamut"] = s.view_gamut == ViewGamut::kClip ? "clip" : "perceptual";
   object["quality"] = receipt.quality;
+  object["demosaic"] = demosaic_name(demosaic_of(s.quality, s.demosaic));
   object["geometry"] = s.frame.geometry == Geometry::kScan   ? "scan"
                        : s.frame.geometry == Geometry::kFilm ? "film"
                                                              : "screen";

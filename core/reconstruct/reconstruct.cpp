@@ -142,13 +142,6 @@ Clipped render_frame(const Job& job, const PictureFrame& frame, const ScreenMap&
 
 }  // namespace
 
-Quality parse_quality(std::string_view name) {
-  if (name == "draft") return Quality::kDraft;
-  if (name == "standard") return Quality::kStandard;
-  if (name == "best") return Quality::kBest;
-  throw InputError("The quality is draft, standard or best, not '" + std::string(name) + "'.");
-}
-
 ReconstructionReport reconstruct(const LineSource& source, const Registration& registration,
                                  const ReconstructOptions& options, RgbRowSink& sink,
                                  const ProgressFn& progress, const std::stop_token& stop) {
@@ -211,16 +204,19 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   if (registration.map.is_affine())
     report.skipped.emplace_back("displacement grid: an affine map explains the réseau");
   const Vec2 shift = infrared ? sharpness.report.infrared_shift_px : Vec2{};
+  const Demosaic demosaic = demosaic_of(options.quality, options.demosaic);
+  const double noise_ratio = std::clamp(sharpness.noise_ratio, kLeastNoise, kMostNoise);
   std::optional<BlurLevels> levels;
   with_threads(options.n_threads, [&] {
-    levels.emplace(pattern, BlurLevelSettings{
-                                linear, std::clamp(sharpness.noise_ratio, kLeastNoise, kMostNoise),
-                                range[0], range[1], shape, 1.15, options.quality == Quality::kBest,
-                                shift, sharpness.line_alternation > kLeastAlternation ? 1.0 : 0.0,
-                                sharpness.printed.colors[0]});
+    levels.emplace(pattern,
+                   BlurLevelSettings{linear, noise_ratio, range[0], range[1], shape, 1.15,
+                                     demosaic == Demosaic::kJoint, shift,
+                                     sharpness.line_alternation > kLeastAlternation ? 1.0 : 0.0,
+                                     sharpness.printed.colors[0]});
   });
   report_conditioning(levels->levels().back(), report);
-  TileSettings tile_settings{registration.map, pattern, *levels, blur, shift, options.quality, {}};
+  TileSettings tile_settings{registration.map, pattern,     *levels, blur, shift,
+                             demosaic,         noise_ratio, {}};
   if (!options.exact && sharpness.dark_noise > 0 &&
       sharpness.dark_noise <= BlankBlocks::kMostNoise) {
     tile_settings.blank_noise_sd = sharpness.dark_noise;

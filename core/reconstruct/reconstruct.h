@@ -8,11 +8,11 @@
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/geometry/vec2.h"
 #include "core/line/line_source.h"
+#include "core/reconstruct/demosaic.h"
 #include "core/reconstruct/picture_frame.h"
 #include "core/reconstruct/row_sink.h"
 #include "core/reconstruct/silver_from_rgb.h"
@@ -92,14 +92,9 @@ struct RegisterOptions {
 [[nodiscard]] Registration register_screen(const LineSource& source, const RegisterOptions& options,
                                            const ProgressFn& progress, const std::stop_token& stop);
 
-// draft: bilinear between elements. standard: bicubic. best: what the pixels hold beyond that, by a
-// joint inverse of réseau and blur.
-enum class Quality { kDraft, kStandard, kBest };
-// "draft", "standard" or "best"; InputError for anything else.
-[[nodiscard]] Quality parse_quality(std::string_view name);
-
 struct ReconstructOptions {
   Quality quality = Quality::kStandard;
+  std::optional<Demosaic> demosaic;  // absent: that of the quality
   FrameChoice frame;
   ToneCurves tone = ToneCurves::linear();
   // Row-major 3x3 applied to element intensities (process RGB) at the end; identity = process RGB.
