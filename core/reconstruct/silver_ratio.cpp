@@ -30,10 +30,11 @@ SilverRatio::SilverRatio(const SilverRows& silver, const std::vector<float>& pre
   std::vector<float> above(2 * n);
   for (int y = rect.y0 + kWindow; y < rect.y1 - kWindow; ++y) {
     std::fill(above.begin(), above.end(), 0.0F);
-    for (int k = -kWindow; k <= kWindow; ++k) {
-      const float weight = kWeights[static_cast<std::size_t>(k + kWindow)];
-      const float* s = silver.at(rect.x0, y + k);
-      const float* p = &predicted[static_cast<std::size_t>(y + k - rect.y0) * n];
+    int row = y - kWindow;
+    for (const float weight : kWeights) {
+      const float* s = silver.at(rect.x0, row);
+      const float* p = &predicted[static_cast<std::size_t>(row - rect.y0) * n];
+      ++row;
       for (std::size_t x = 0; x < n; ++x) {
         above[x] += weight * s[x] * p[x];
         above[n + x] += weight * p[x] * p[x];
