@@ -63,7 +63,8 @@ ReconstructionFilm::ReconstructionFilm(const ReconstructionCase& test, int n_thr
 }
 
 ReconstructionRun ReconstructionFilm::run(Quality quality, std::optional<Demosaic> demosaic,
-                                          bool exact) const {
+                                          bool exact,
+                                          std::optional<Deconvolution> deconvolution) const {
   ReconstructionRun run;
   run.register_cpu_s = register_cpu_s_;
   run.found = registration_.found;
@@ -72,6 +73,7 @@ ReconstructionRun ReconstructionFilm::run(Quality quality, std::optional<Demosai
   ReconstructOptions options;
   options.quality = quality;
   options.demosaic = demosaic;
+  options.deconvolution = deconvolution;
   options.exact = exact;
   options.n_threads = n_threads_;
   options.white_level = spec_.sensor.clear_level;

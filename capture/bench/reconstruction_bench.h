@@ -44,8 +44,9 @@ class ReconstructionFilm {
   ReconstructionFilm(const ReconstructionCase& test, int n_threads);
 
   // Everything automatic but the level of clear film and what is asked for here.
-  [[nodiscard]] ReconstructionRun run(Quality quality, std::optional<Demosaic> demosaic,
-                                      bool exact) const;
+  [[nodiscard]] ReconstructionRun run(
+      Quality quality, std::optional<Demosaic> demosaic, bool exact,
+      std::optional<Deconvolution> deconvolution = std::nullopt) const;
 
  private:
   int n_threads_;

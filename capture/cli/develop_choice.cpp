@@ -49,6 +49,14 @@ void DevelopChoice::add_to(CLI::App& app) {
                  "that of the quality")
       ->check(CLI::IsMember({"nearest", "bilinear", "bicubic", "ratio", "joint"}))
       ->group(group);
+  app.add_option(
+         "--deconvolve", deconvolve,
+         "Take back the blur of the silver before its elements are looked at: none, "
+         "wiener, richardson-lucy\n(which stops when noise has doubled, after 10 iterations "
+         "at most), or auto (default): wiener before\n'joint' where all of the frame is "
+         "softer than 1.2 px")
+      ->check(CLI::IsMember({"auto", "none", "wiener", "richardson-lucy"}))
+      ->group(group);
   app.add_option("--white", white_level,
                  "Linear value of clear film in the scan, 1 = full scale (default 1)")
       ->group(group);
@@ -112,6 +120,7 @@ DevelopOptions DevelopChoice::resolve(Reporter& reporter) const {
   options.n_threads = n_threads;
   options.exact = exact;
   options.quality = parse_quality(quality);
+  if (deconvolve != "auto") options.deconvolution = parse_deconvolution(deconvolve);
   if (!demosaic.empty()) options.demosaic = parse_demosaic(demosaic);
   options.frame.geometry = parse_geometry(geometry);
   options.frame.scale = scale;

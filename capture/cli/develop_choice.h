@@ -18,6 +18,7 @@ struct DevelopChoice {
   ColorChoice color;
   std::string view_gamut = "clip";
   std::string quality = "standard";
+  std::string deconvolve = "auto";
   std::string demosaic;  // empty: that of the quality
   std::string geometry = "scan";
   double scale = 1;

@@ -20,7 +20,7 @@ using nlohmann::ordered_json;
 
 struct ReconstructionBench {
   std::vector<std::string> qualities, demosaics;
-  std::string film, only, plot;
+  std::string film, only, plot, deconvolve = "auto";
   bool exact = false;
   int n_threads = 0;
 };
@@ -56,6 +56,8 @@ ordered_json to_json(const ReconstructionCase& test, const Method& method,
     return object;
   }
   const PictureScore& s = run.score;
+  object["deconvolution"] = deconvolution_name(run.report.deconvolution);
+  object["sharpening_noise_gain"] = run.report.sharpening_noise_gain;
   object["full"] = {{"mean", s.full_mean}, {"p99", s.full_p99}, {"psnr_db", s.psnr_db}};
   object["element_scale"] = {{"mean", s.element_mean}, {"p95", s.element_p95}};
   object["patches"] = {{"mean", s.patch_mean}, {"max", s.patch_max}, {"n", s.n_patches}};
@@ -82,12 +84,15 @@ ExitCode bench_reconstruction(const ReconstructionBench& options, Work& work) {
                                         "patches", "max", "reg. s", "rec. s"));
   std::vector<QualityPoint> points;
   const std::vector<Method> methods = methods_of(options);
+  std::optional<Deconvolution> deconvolution;
+  if (options.deconvolve != "auto") deconvolution = parse_deconvolution(options.deconvolve);
   for (const ReconstructionCase& test : cases) {
     if (work.signals.stop().stop_requested()) return kExitCancelled;
     const ReconstructionFilm film(test, options.n_threads);
     for (const Method& method : methods) {
       if (work.signals.stop().stop_requested()) return kExitCancelled;
-      const ReconstructionRun run = film.run(method.quality, method.demosaic, options.exact);
+      const ReconstructionRun run =
+          film.run(method.quality, method.demosaic, options.exact, deconvolution);
       result["cases"].push_back(to_json(test, method, run));
       const PictureScore& s = run.score;
       if (run.found)
@@ -134,6 +139,9 @@ void add_bench_reconstruction(Program& program, CLI::App* bench) {
                   "nearest, bilinear, bicubic, ratio, joint: rows of these, instead of or beside "
                   "qualities")
       ->check(CLI::IsMember({"nearest", "bilinear", "bicubic", "ratio", "joint"}));
+  app->add_option("--deconvolve", options->deconvolve,
+                  "auto (default), none, wiener, richardson-lucy")
+      ->check(CLI::IsMember({"auto", "none", "wiener", "richardson-lucy"}));
   app->add_option("--film", options->film,
                   "One film of your own instead of the table, as for 'simulate'");
   app->add_option("--only", options->only, "Only films of the table whose name contains this");

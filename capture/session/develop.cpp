@@ -44,6 +44,7 @@ ReconstructOptions reconstruct_options_of(const DevelopOptions& options) {
   out.exact = options.exact;
   out.quality = options.quality;
   out.demosaic = options.demosaic;
+  out.deconvolution = options.deconvolution;
   return out;
 }
 
