@@ -46,7 +46,8 @@ int radius_of(const SharpeningKernel& kernel) {
   int radius = 0;
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
-      if (kernel.weights()[static_cast<std::size_t>(y * kSide + x)] == 0) continue;
+      const int at = y * kSide + x;
+      if (kernel.weights()[static_cast<std::size_t>(at)] == 0) continue;
       radius = std::max({radius, std::abs(x - kMiddle), std::abs(y - kMiddle)});
     }
   }
