@@ -1,12 +1,11 @@
 #include "capture/bench/reconstruction_bench.h"
 
 #include <chrono>
+#include <utility>
 
 #include "capture/bench/cpu_time.h"
 #include "capture/bench/drifting_blur.h"
 #include "core/base/parallel.h"
-#include "core/line/memory_line_source.h"
-#include "drivers/sim/simulate.h"
 
 namespace reseau {
 namespace {
@@ -45,42 +44,55 @@ std::vector<ReconstructionCase> reconstruction_cases() {
   };
 }
 
-ReconstructionRun run_reconstruction_case(const ReconstructionCase& test, Quality quality,
-                                          bool exact, int n_threads) {
-  const sim::SimSpec spec = sim::parse_sim_spec(kMegapixel + test.film);
-  sim::SimulatedScan scan = sim::simulate_frame(spec);
+ReconstructionFilm::ReconstructionFilm(const ReconstructionCase& test, int n_threads)
+    : n_threads_(n_threads),
+      spec_(sim::parse_sim_spec(kMegapixel + test.film)),
+      scan_(sim::simulate_frame(spec_)) {
   if (test.drift) {
     with_threads(n_threads, [&] {
-      blur_across(scan.format, test.drift->first_px, test.drift->last_px, test.drift->noise,
-                  scan.samples);
+      blur_across(scan_.format, test.drift->first_px, test.drift->last_px, test.drift->noise,
+                  scan_.samples);
     });
   }
-  const MemoryLineSource source(scan.format, std::move(scan.samples));
-  ReconstructionRun run;
-  RegisterOptions register_options;
-  register_options.n_threads = n_threads;
+  source_.emplace(scan_.format, std::move(scan_.samples));
+  RegisterOptions options;
+  options.n_threads = n_threads;
   const double begin = cpu_seconds();
-  const Registration registration = register_screen(source, register_options, {}, {});
-  run.register_cpu_s = cpu_seconds() - begin;
-  run.found = registration.found;
-  run.reason = registration.reason;
+  registration_ = register_screen(*source_, options, {}, {});
+  register_cpu_s_ = cpu_seconds() - begin;
+}
+
+ReconstructionRun ReconstructionFilm::run(Quality quality, std::optional<Demosaic> demosaic,
+                                          bool exact,
+                                          std::optional<Deconvolution> deconvolution) const {
+  ReconstructionRun run;
+  run.register_cpu_s = register_cpu_s_;
+  run.found = registration_.found;
+  run.reason = registration_.reason;
   if (!run.found) return run;
   ReconstructOptions options;
   options.quality = quality;
+  options.demosaic = demosaic;
+  options.deconvolution = deconvolution;
   options.exact = exact;
-  options.n_threads = n_threads;
-  options.white_level = spec.sensor.clear_level;
+  options.n_threads = n_threads_;
+  options.white_level = spec_.sensor.clear_level;
   PictureInMemory picture;
   const double middle = cpu_seconds();
   const auto wall = std::chrono::steady_clock::now();
-  run.report = reconstruct(source, registration, options, picture, {}, {});
+  run.report = reconstruct(*source_, registration_, options, picture, {}, {});
   run.reconstruct_wall_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
   run.reconstruct_cpu_s = cpu_seconds() - middle;
   run.score =
-      score_picture(scan.truth, 0.5 * (registration.period_px[0] + registration.period_px[1]),
-                    picture, n_threads);
+      score_picture(scan_.truth, 0.5 * (registration_.period_px[0] + registration_.period_px[1]),
+                    picture, n_threads_);
   return run;
+}
+
+ReconstructionRun run_reconstruction_case(const ReconstructionCase& test, Quality quality,
+                                          bool exact, int n_threads) {
+  return ReconstructionFilm(test, n_threads).run(quality, std::nullopt, exact);
 }
 
 }  // namespace reseau

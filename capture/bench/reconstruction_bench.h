@@ -7,7 +7,10 @@
 #include <vector>
 
 #include "capture/bench/picture_score.h"
+#include "core/line/memory_line_source.h"
+#include "core/reconstruct/demosaic.h"
 #include "core/reconstruct/reconstruct.h"
+#include "drivers/sim/simulate.h"
 
 namespace reseau {
 
@@ -34,8 +37,27 @@ struct ReconstructionRun {
   ReconstructionReport report;
 };
 
-// Simulates, registers, reconstructs, compares; everything automatic but the level of clear film.
-// Throws InputError for settings that make no film.
+// A film of a case, simulated and registered, to be reconstructed in several ways. Immutable.
+class ReconstructionFilm {
+ public:
+  // Throws InputError for settings that make no film.
+  ReconstructionFilm(const ReconstructionCase& test, int n_threads);
+
+  // Everything automatic but the level of clear film and what is asked for here.
+  [[nodiscard]] ReconstructionRun run(
+      Quality quality, std::optional<Demosaic> demosaic, bool exact,
+      std::optional<Deconvolution> deconvolution = std::nullopt) const;
+
+ private:
+  int n_threads_;
+  double register_cpu_s_ = 0;
+  sim::SimSpec spec_;
+  sim::SimulatedScan scan_;
+  std::optional<MemoryLineSource> source_;
+  Registration registration_;
+};
+
+// One film, one way. Throws InputError for settings that make no film.
 [[nodiscard]] ReconstructionRun run_reconstruction_case(const ReconstructionCase& test,
                                                         Quality quality, bool exact, int n_threads);
 

@@ -43,6 +43,20 @@ void DevelopChoice::add_to(CLI::App& app) {
                  "draft, standard (default) or best: coarser and faster, or finer and slower")
       ->check(CLI::IsMember({"draft", "standard", "best"}))
       ->group(group);
+  app.add_option("--demosaic", demosaic,
+                 "How elements become a picture: nearest, bilinear (that of draft), bicubic "
+                 "(standard),\nratio (bicubic, as bright as the silver is), joint (best); default: "
+                 "that of the quality")
+      ->check(CLI::IsMember({"nearest", "bilinear", "bicubic", "ratio", "joint"}))
+      ->group(group);
+  app.add_option(
+         "--deconvolve", deconvolve,
+         "Take back the blur of the silver before its elements are looked at: none, "
+         "wiener, richardson-lucy\n(which stops when noise has doubled, after 10 iterations "
+         "at most), or auto (default): wiener before\n'joint' where all of the frame is "
+         "softer than 1.2 px")
+      ->check(CLI::IsMember({"auto", "none", "wiener", "richardson-lucy"}))
+      ->group(group);
   app.add_option("--white", white_level,
                  "Linear value of clear film in the scan, 1 = full scale (default 1)")
       ->group(group);
@@ -106,6 +120,8 @@ DevelopOptions DevelopChoice::resolve(Reporter& reporter) const {
   options.n_threads = n_threads;
   options.exact = exact;
   options.quality = parse_quality(quality);
+  if (deconvolve != "auto") options.deconvolution = parse_deconvolution(deconvolve);
+  if (!demosaic.empty()) options.demosaic = parse_demosaic(demosaic);
   options.frame.geometry = parse_geometry(geometry);
   options.frame.scale = scale;
   if (!roi.empty()) options.frame.region = bounds_of(roi);

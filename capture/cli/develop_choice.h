@@ -18,6 +18,8 @@ struct DevelopChoice {
   ColorChoice color;
   std::string view_gamut = "clip";
   std::string quality = "standard";
+  std::string deconvolve = "auto";
+  std::string demosaic;  // empty: that of the quality
   std::string geometry = "scan";
   double scale = 1;
   std::string roi;      // empty: all of the scan

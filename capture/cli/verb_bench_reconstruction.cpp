@@ -1,4 +1,5 @@
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,21 +19,45 @@ namespace {
 using nlohmann::ordered_json;
 
 struct ReconstructionBench {
-  std::vector<std::string> qualities{"draft", "standard", "best"};
-  std::string film, only, plot;
+  std::vector<std::string> qualities, demosaics;
+  std::string film, only, plot, deconvolve = "auto";
   bool exact = false;
   int n_threads = 0;
 };
 
-ordered_json to_json(const ReconstructionCase& test, const std::string& quality,
+// A quality, or a demosaic by itself.
+struct Method {
+  std::string name;
+  Quality quality = Quality::kStandard;
+  std::optional<Demosaic> demosaic;
+};
+
+std::vector<Method> methods_of(const ReconstructionBench& options) {
+  std::vector<Method> methods;
+  for (const std::string& name : options.qualities)
+    methods.push_back({name, parse_quality(name), std::nullopt});
+  for (const std::string& name : options.demosaics)
+    methods.push_back({name, Quality::kStandard, parse_demosaic(name)});
+  if (!methods.empty()) return methods;
+  return {{"draft", Quality::kDraft, {}},
+          {"standard", Quality::kStandard, {}},
+          {"best", Quality::kBest, {}}};
+}
+
+ordered_json to_json(const ReconstructionCase& test, const Method& method,
                      const ReconstructionRun& run) {
-  ordered_json object{{"name", test.name}, {"film", test.film}, {"quality", quality}};
+  ordered_json object{{"name", test.name},
+                      {"film", test.film},
+                      {"quality", method.name},
+                      {"demosaic", demosaic_name(demosaic_of(method.quality, method.demosaic))}};
   object["found"] = run.found;
   if (!run.found) {
     object["reason"] = run.reason;
     return object;
   }
   const PictureScore& s = run.score;
+  object["deconvolution"] = deconvolution_name(run.report.deconvolution);
+  object["sharpening_noise_gain"] = run.report.sharpening_noise_gain;
   object["full"] = {{"mean", s.full_mean}, {"p99", s.full_p99}, {"psnr_db", s.psnr_db}};
   object["element_scale"] = {{"mean", s.element_mean}, {"p95", s.element_p95}};
   object["patches"] = {{"mean", s.patch_mean}, {"max", s.patch_max}, {"n", s.n_patches}};
@@ -58,22 +83,27 @@ ExitCode bench_reconstruction(const ReconstructionBench& options, Work& work) {
                                         "dE00 of 1 megapixel", "quality", "full", "dB", "element",
                                         "patches", "max", "reg. s", "rec. s"));
   std::vector<QualityPoint> points;
+  const std::vector<Method> methods = methods_of(options);
+  std::optional<Deconvolution> deconvolution;
+  if (options.deconvolve != "auto") deconvolution = parse_deconvolution(options.deconvolve);
   for (const ReconstructionCase& test : cases) {
-    for (const std::string& quality : options.qualities) {
+    if (work.signals.stop().stop_requested()) return kExitCancelled;
+    const ReconstructionFilm film(test, options.n_threads);
+    for (const Method& method : methods) {
       if (work.signals.stop().stop_requested()) return kExitCancelled;
       const ReconstructionRun run =
-          run_reconstruction_case(test, parse_quality(quality), options.exact, options.n_threads);
-      result["cases"].push_back(to_json(test, quality, run));
+          film.run(method.quality, method.demosaic, options.exact, deconvolution);
+      result["cases"].push_back(to_json(test, method, run));
       const PictureScore& s = run.score;
       if (run.found)
-        points.push_back({quality, run.register_cpu_s + run.reconstruct_cpu_s, s.element_mean});
+        points.push_back({method.name, run.register_cpu_s + run.reconstruct_cpu_s, s.element_mean});
       work.reporter.result_line(
           run.found
               ? fmt::format("{:<36} {:<9} {:>6.2f} {:>6.2f} {:>8.3f} {:>7.3f} {:>6.3f} "
                             "{:>7.2f} {:>6.2f}",
-                            test.name, quality, s.full_mean, s.psnr_db, s.element_mean,
+                            test.name, method.name, s.full_mean, s.psnr_db, s.element_mean,
                             s.patch_mean, s.patch_max, run.register_cpu_s, run.reconstruct_cpu_s)
-              : fmt::format("{:<36} {:<9} not registered: {}", test.name, quality, run.reason));
+              : fmt::format("{:<36} {:<9} not registered: {}", test.name, method.name, run.reason));
     }
   }
   for (const QualityMean& mean : quality_means(points)) {
@@ -105,6 +135,13 @@ void add_bench_reconstruction(Program& program, CLI::App* bench) {
   program.prints_own_json(app);
   app->add_option("--quality", options->qualities, "draft, standard, best; default all")
       ->check(CLI::IsMember({"draft", "standard", "best"}));
+  app->add_option("--demosaic", options->demosaics,
+                  "nearest, bilinear, bicubic, ratio, joint: rows of these, instead of or beside "
+                  "qualities")
+      ->check(CLI::IsMember({"nearest", "bilinear", "bicubic", "ratio", "joint"}));
+  app->add_option("--deconvolve", options->deconvolve,
+                  "auto (default), none, wiener, richardson-lucy")
+      ->check(CLI::IsMember({"auto", "none", "wiener", "richardson-lucy"}));
   app->add_option("--film", options->film,
                   "One film of your own instead of the table, as for 'simulate'");
   app->add_option("--only", options->only, "Only films of the table whose name contains this");

@@ -43,6 +43,8 @@ ReconstructOptions reconstruct_options_of(const DevelopOptions& options) {
   out.n_threads = options.n_threads;
   out.exact = options.exact;
   out.quality = options.quality;
+  out.demosaic = options.demosaic;
+  out.deconvolution = options.deconvolution;
   return out;
 }
 

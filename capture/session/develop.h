@@ -31,6 +31,8 @@ struct DevelopOptions {
   UsedProfile profile;            // of the unit
   std::optional<double> blur_px;  // of the silver picture, instead of what is measured
   Quality quality = Quality::kStandard;
+  std::optional<Demosaic> demosaic;            // absent: that of the quality
+  std::optional<Deconvolution> deconvolution;  // absent: where it gains
   FrameChoice frame;
   int n_threads = 0;
   bool exact = false;

@@ -188,6 +188,11 @@ ordered_json report_to_json(const Receipt& receipt) {
   ordered_json object = {{"silver_from", report.from_infrared ? "infrared" : "rgb"},
                          {"silver_from_rgb", silver_to_json(receipt)},
                          {"sharpness", sharpness}};
+  if (report.deconvolution != Deconvolution::kNone) {
+    object["deconvolution"] = {{"method", deconvolution_name(report.deconvolution)},
+                               {"noise_gain", number_or_null(report.sharpening_noise_gain)},
+                               {"iterations", report.sharpening_iterations}};
+  }
   put_number(object, "unmix_condition", report.unmix_condition);
   put_number(object, "unmix_noise_gain", report.unmix_noise_gain);
   object["clipped_fraction"] = by_channel(report.clipped_fraction, n_channels);
@@ -203,6 +208,8 @@ ordered_json settings_to_json(const Receipt& receipt) {
   if (s.neutral) object["neutral"] = s.neutral->text();
   object["view_gamut"] = s.view_gamut == ViewGamut::kClip ? "clip" : "perceptual";
   object["quality"] = receipt.quality;
+  object["deconvolve"] = s.deconvolution ? deconvolution_name(*s.deconvolution) : "auto";
+  object["demosaic"] = demosaic_name(demosaic_of(s.quality, s.demosaic));
   object["geometry"] = s.frame.geometry == Geometry::kScan   ? "scan"
                        : s.frame.geometry == Geometry::kFilm ? "film"
                                                              : "screen";

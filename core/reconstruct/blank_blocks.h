@@ -50,4 +50,19 @@ class BlankBlocks {
   std::vector<Block> blocks_;
 };
 
+// Calls body(begin, end, skip) for the runs of a row of n pixels from column x0 on; skip:
+// everything within `reach` of them is blank.
+template <typename Body>
+void for_runs(const BlankBlocks& blank, int x0, int y, int n, int reach, const Body& body) {
+  if (!blank.any()) {
+    body(0, n, false);
+    return;
+  }
+  for (int begin = 0; begin < n;) {
+    const int end = std::min(n, blank.block_end(x0 + begin) - x0);
+    body(begin, end, blank.around(x0 + begin, y, reach) && blank.around(x0 + end - 1, y, reach));
+    begin = end;
+  }
+}
+
 }  // namespace reseau

@@ -2,10 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/base/check.h"
 
 namespace reseau {
+namespace {
+
+// Of the Gaussian that is left of a blur, by what the réseau's own frequencies keep.
+double remaining_blur_px(const BlurLevelSettings& settings, double sigma_px,
+                         const SharpeningKernel& kernel) {
+  constexpr double kPi = std::numbers::pi, kLeast = 0.3;
+  const Mat2& m = settings.screen_from_scan;
+  double variance = 0;
+  for (const Vec2 f : {Vec2{m.a, m.b}, Vec2{m.c, m.d}}) {
+    const double kept = settings.shape.transfer(f, sigma_px) * kernel.gain(f);
+    variance += -std::log(std::clamp(kept, 1e-6, 1.0)) / (2 * kPi * kPi * dot(f, f)) / 2;
+  }
+  return std::clamp(std::sqrt(variance), kLeast, std::max(kLeast, sigma_px));
+}
+
+}  // namespace
 
 BlurLevels::BlurLevels(const ScreenPattern& pattern, const BlurLevelSettings& settings) {
   for (int color = 0; color < 3; ++color) {
@@ -23,11 +40,31 @@ BlurLevels::BlurLevels(const ScreenPattern& pattern, const BlurLevelSettings& se
   const double span = std::log(settings.most_sigma_px / settings.least_sigma_px);
   const int n = span > 0 ? 1 + static_cast<int>(std::ceil(span / std::log(settings.ratio))) : 1;
   levels_.reserve(static_cast<std::size_t>(n));
+  const auto sigma_of = [&](int i) {
+    return settings.least_sigma_px * std::exp(n > 1 ? span * i / (n - 1) : 0.0);
+  };
+  const bool sharpens = settings.deconvolution != Deconvolution::kNone;
+  // All places are iterated alike, so that neighbours fit together.
+  int iterations = SharpeningKernel::kMostIterations;
+  for (int i = 0; i < n && sharpens; ++i) {
+    iterations = std::min(iterations, SharpeningKernel(settings.deconvolution, settings.shape,
+                                                       sigma_of(i), settings.noise_sd)
+                                          .iterations());
+  }
   for (int i = 0; i < n; ++i) {
-    const double sigma = settings.least_sigma_px * std::exp(n > 1 ? span * i / (n - 1) : 0.0);
-    BlurredCell cell(pattern, settings.screen_from_scan, sigma, settings.shape);
-    const EstimatorSettings estimator{settings.screen_from_scan, sigma,
-                                      settings.shape.stretch,    settings.noise_sd,
+    const double sigma = sigma_of(i);
+    std::optional<SharpeningKernel> sharpening;
+    double left_px = sigma, noise_sd = settings.noise_sd;
+    if (sharpens) {
+      sharpening.emplace(settings.deconvolution, settings.shape, sigma, settings.noise_sd,
+                         iterations);
+      left_px = remaining_blur_px(settings, sigma, *sharpening);
+      noise_sd *= sharpening->noise_gain();
+    }
+    BlurredCell cell(pattern, settings.screen_from_scan, sigma, settings.shape,
+                     sharpening ? &*sharpening : nullptr);
+    const EstimatorSettings estimator{settings.screen_from_scan, left_px,
+                                      settings.shape.stretch,    noise_sd,
                                       ElementKernels::kRadius,   settings.line_alternation_sd,
                                       settings.line_color};
     ElementKernels elements(cell, estimator, sites_);
@@ -37,7 +74,8 @@ BlurLevels::BlurLevels(const ScreenPattern& pattern, const BlurLevelSettings& se
       wide.radius_px = DetailKernels::kRadius;
       detail.emplace(cell, wide, settings.detail_offset_px);
     }
-    levels_.push_back({sigma, std::move(cell), std::move(elements), std::move(detail)});
+    levels_.push_back(
+        {sigma, std::move(sharpening), std::move(cell), std::move(elements), std::move(detail)});
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "core/geometry/vec2.h"
 #include "core/reconstruct/blurred_cell.h"
+#include "core/reconstruct/deconvolution.h"
 #include "core/reconstruct/kernel_tables.h"
 #include "core/screen/screen_pattern.h"
 
@@ -13,6 +14,7 @@ namespace reseau {
 
 struct BlurLevel {
   double sigma_px;
+  std::optional<SharpeningKernel> sharpening;  // of the silver, before all else
   BlurredCell cell;
   ElementKernels elements;
   std::optional<DetailKernels> detail;
@@ -28,6 +30,7 @@ struct BlurLevelSettings {
   Vec2 detail_offset_px;
   double line_alternation_sd = 0;  // as EstimatorSettings
   int line_color = 0;
+  Deconvolution deconvolution = Deconvolution::kNone;
 };
 
 // Immutable, thread-safe.

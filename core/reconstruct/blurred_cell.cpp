@@ -12,7 +12,8 @@ using Complex = std::complex<double>;
 }  // namespace
 
 BlurredCell::BlurredCell(const ScreenPattern& pattern, const Mat2& screen_from_scan,
-                         double sigma_px, const BlurShape& shape) {
+                         double sigma_px, const BlurShape& shape,
+                         const SharpeningKernel* sharpened) {
   constexpr double kPi = std::numbers::pi;
   const Vec2 f_u{screen_from_scan.a, screen_from_scan.b},
       f_v{screen_from_scan.c, screen_from_scan.d};
@@ -35,8 +36,9 @@ BlurredCell::BlurredCell(const ScreenPattern& pattern, const Mat2& screen_from_s
       bool any = false;
       for (int h = -kHarmonics; h <= kHarmonics; ++h) {
         const Vec2 f = static_cast<double>(h) * f_u + static_cast<double>(k) * f_v;
-        const double transfer = shape.transfer(f, sigma_px);
+        double transfer = shape.transfer(f, sigma_px);
         if (std::abs(transfer) < kLeastTransfer) continue;
+        if (sharpened != nullptr) transfer *= sharpened->gain(f);
         any = true;
         const Complex c = (k == 0 ? 1.0 : 2.0) * transfer * pattern.fourier(color, h, k);
         for (std::size_t i = 0; i < kSize; ++i) row[i] += c * turned(h, i);
@@ -51,8 +53,10 @@ BlurredCell::BlurredCell(const ScreenPattern& pattern, const Mat2& screen_from_s
     }
     for (std::size_t j = 0; j < kRow; ++j) {
       for (std::size_t i = 0; i < kRow; ++i) {
+        // Deconvolved pixels overshoot.
+        const double share = sum[(j % kSize) * kSize + i % kSize];
         table_[(j * kRow + i) * kStride + static_cast<std::size_t>(color)] =
-            static_cast<float>(std::clamp(sum[(j % kSize) * kSize + i % kSize], 0.0, 1.0));
+            static_cast<float>(sharpened != nullptr ? share : std::clamp(share, 0.0, 1.0));
       }
     }
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/geometry/vec2.h"
+#include "core/reconstruct/deconvolution.h"
 #include "core/screen/blur_shape.h"
 #include "core/screen/screen_pattern.h"
 
@@ -17,8 +18,9 @@ class BlurredCell {
  public:
   // sigma_px: blur, pixel aperture included, of that shape; screen_from_scan: the linear part
   // of the map [periods/px].
+  // sharpened: how the pixels were deconvolved since; null where they were not.
   BlurredCell(const ScreenPattern& pattern, const Mat2& screen_from_scan, double sigma_px,
-              const BlurShape& shape = {});
+              const BlurShape& shape = {}, const SharpeningKernel* sharpened = nullptr);
 
   // Bilinear in a table of 128 x 128.
   [[nodiscard]] std::array<float, 3> shares(float u, float v) const {

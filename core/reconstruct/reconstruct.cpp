@@ -14,6 +14,7 @@
 #include "core/reconstruct/frame_renderer.h"
 #include "core/reconstruct/sharpness.h"
 #include "core/reconstruct/silver_rows.h"
+#include "core/reconstruct/silver_sharpener.h"
 #include "core/reconstruct/tile_renderer.h"
 
 namespace reseau {
@@ -28,6 +29,9 @@ constexpr int kTileWidth = 512, kTileHeight = 192;
 constexpr double kSameBlurPx = 0.02;
 // Less of an alternation between the line beside one square and beside the other is not seen.
 constexpr double kLeastAlternation = 0.01;
+// What detail kernels take for the place of a colour's light is too rough under a blur above this;
+// they do better on silver that was sharpened (reseau bench reconstruction).
+constexpr double kSoftBlurPx = 1.2;
 // Noise over the light: what the model of the réseau leaves unexplained however little there is;
 // and where a picture drowns.
 constexpr double kLeastNoise = 0.002, kMostNoise = 0.5;
@@ -142,13 +146,6 @@ Clipped render_frame(const Job& job, const PictureFrame& frame, const ScreenMap&
 
 }  // namespace
 
-Quality parse_quality(std::string_view name) {
-  if (name == "draft") return Quality::kDraft;
-  if (name == "standard") return Quality::kStandard;
-  if (name == "best") return Quality::kBest;
-  throw InputError("The quality is draft, standard or best, not '" + std::string(name) + "'.");
-}
-
 ReconstructionReport reconstruct(const LineSource& source, const Registration& registration,
                                  const ReconstructOptions& options, RgbRowSink& sink,
                                  const ProgressFn& progress, const std::stop_token& stop) {
@@ -211,19 +208,32 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   if (registration.map.is_affine())
     report.skipped.emplace_back("displacement grid: an affine map explains the réseau");
   const Vec2 shift = infrared ? sharpness.report.infrared_shift_px : Vec2{};
+  const Demosaic demosaic = demosaic_of(options.quality, options.demosaic);
+  const double noise_ratio = std::clamp(sharpness.noise_ratio, kLeastNoise, kMostNoise);
+  report.deconvolution = options.deconvolution.value_or(
+      demosaic == Demosaic::kJoint && range[0] >= kSoftBlurPx ? Deconvolution::kWiener
+                                                              : Deconvolution::kNone);
   std::optional<BlurLevels> levels;
   with_threads(options.n_threads, [&] {
-    levels.emplace(pattern, BlurLevelSettings{
-                                linear, std::clamp(sharpness.noise_ratio, kLeastNoise, kMostNoise),
-                                range[0], range[1], shape, 1.15, options.quality == Quality::kBest,
-                                shift, sharpness.line_alternation > kLeastAlternation ? 1.0 : 0.0,
-                                sharpness.printed.colors[0]});
+    levels.emplace(pattern,
+                   BlurLevelSettings{linear, noise_ratio, range[0], range[1], shape, 1.15,
+                                     demosaic == Demosaic::kJoint, shift,
+                                     sharpness.line_alternation > kLeastAlternation ? 1.0 : 0.0,
+                                     sharpness.printed.colors[0], report.deconvolution});
   });
   report_conditioning(levels->levels().back(), report);
-  TileSettings tile_settings{registration.map, pattern, *levels, blur, shift, options.quality, {}};
+  for (const BlurLevel& level : levels->levels()) {
+    if (!level.sharpening) continue;
+    report.sharpening_noise_gain =
+        std::max(report.sharpening_noise_gain, level.sharpening->noise_gain());
+    report.sharpening_iterations = level.sharpening->iterations();
+  }
+  const double noise_gain = report.sharpening_noise_gain;
+  TileSettings tile_settings{registration.map,         pattern, *levels, blur, shift, demosaic,
+                             noise_gain * noise_ratio, {}};
   if (!options.exact && sharpness.dark_noise > 0 &&
       sharpness.dark_noise <= BlankBlocks::kMostNoise) {
-    tile_settings.blank_noise_sd = sharpness.dark_noise;
+    tile_settings.blank_noise_sd = noise_gain * sharpness.dark_noise;
     report.skipped.emplace_back(
         "elements and detail in places darker than 1 % of clear film that show only noise");
   }
@@ -231,6 +241,10 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
             tile_settings.output_from_process.begin());
   const TileRenderer renderer(tile_settings);
   const Mat2 scan_from_screen = linear.inverse();
+  const std::array<Vec2, 2> period_px{Vec2{scan_from_screen.a, scan_from_screen.c},
+                                      Vec2{scan_from_screen.b, scan_from_screen.d}};
+  std::optional<SilverSharpener> sharpener;
+  if (report.deconvolution != Deconvolution::kNone) sharpener.emplace(*levels, blur, period_px);
   const SilverSettings silver_settings{
       &source,
       &options.tone,
@@ -238,8 +252,9 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
       infrared,
       report.silver_from_rgb.weights,
       (infrared ? 0 : report.silver_from_rgb.offset) - options.black_level,
-      {Vec2{scan_from_screen.a, scan_from_screen.c}, Vec2{scan_from_screen.b, scan_from_screen.d}},
-      renderer.reach_px()};
+      period_px,
+      renderer.reach_px(),
+      sharpener ? &*sharpener : nullptr};
 
   const Job job{source, options, renderer, silver_settings, sink, progress, stop};
   report.width_px = frame.width_px();

@@ -8,11 +8,12 @@
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/geometry/vec2.h"
 #include "core/line/line_source.h"
+#include "core/reconstruct/deconvolution.h"
+#include "core/reconstruct/demosaic.h"
 #include "core/reconstruct/picture_frame.h"
 #include "core/reconstruct/row_sink.h"
 #include "core/reconstruct/silver_from_rgb.h"
@@ -92,14 +93,12 @@ struct RegisterOptions {
 [[nodiscard]] Registration register_screen(const LineSource& source, const RegisterOptions& options,
                                            const ProgressFn& progress, const std::stop_token& stop);
 
-// draft: bilinear between elements. standard: bicubic. best: what the pixels hold beyond that, by a
-// joint inverse of réseau and blur.
-enum class Quality { kDraft, kStandard, kBest };
-// "draft", "standard" or "best"; InputError for anything else.
-[[nodiscard]] Quality parse_quality(std::string_view name);
-
 struct ReconstructOptions {
   Quality quality = Quality::kStandard;
+  std::optional<Demosaic> demosaic;  // absent: that of the quality
+  // Of the silver. Absent: Wiener's before the joint demosaic where the whole frame is soft, which
+  // is where it gains; else none.
+  std::optional<Deconvolution> deconvolution;
   FrameChoice frame;
   ToneCurves tone = ToneCurves::linear();
   // Row-major 3x3 applied to element intensities (process RGB) at the end; identity = process RGB.
@@ -154,6 +153,10 @@ struct ReconstructionReport {
   bool from_infrared = true;        // false: silver computed from RGB
   SilverWeights silver_from_rgb;    // used when not from infrared
   SharpnessReport sharpness;
+  Deconvolution deconvolution = Deconvolution::kNone;  // that was done
+  // By how much it raises the noise of a pixel at most, and iterations of Richardson-Lucy.
+  double sharpening_noise_gain = 1;
+  int sharpening_iterations = 0;
   double unmix_condition = 0;   // 2-norm condition number of the mean 3x3 crosstalk matrix
   double unmix_noise_gain = 0;  // largest row norm of its (regularised) inverse
   std::array<double, 4> clipped_fraction{};  // R G B IR samples at full scale

@@ -39,14 +39,22 @@ Vec2 way_inside(const std::array<Vec2, 2>& period, Vec2 inward, double depth) {
 }  // namespace
 
 SilverRows::SilverRows(const SilverSettings& settings, int first, int end)
-    : margin_(settings.margin_px),
-      top_(first - settings.margin_px),
-      rows_(end - first + 2 * settings.margin_px),
+    : margin_(settings.margin_px +
+              (settings.sharpener != nullptr ? settings.sharpener->reach_px() : 0)),
+      top_(first - margin_),
+      rows_(end - first + 2 * margin_),
       stride_(static_cast<std::size_t>(settings.source->format().width_px + 2 * margin_ + 3) / 4 *
               4),
       values_(stride_ * static_cast<std::size_t>(rows_) + 4) {
   read(settings, first, end);
   continue_beyond(settings);
+  if (settings.sharpener == nullptr) return;
+  // Rows far outside the last margin do not exist.
+  const int y0 = std::max(top_, -margin_),
+            y1 = std::min(top_ + rows_, settings.source->committed() + margin_);
+  settings.sharpener->sharpen({&values_[static_cast<std::size_t>(y0 - top_) * stride_],
+                               static_cast<std::ptrdiff_t>(stride_), -margin_, y0,
+                               settings.source->format().width_px + 2 * margin_, y1 - y0});
 }
 
 void SilverRows::read(const SilverSettings& settings, int first, int end) {

@@ -7,6 +7,7 @@
 
 #include "core/geometry/vec2.h"
 #include "core/line/line_source.h"
+#include "core/reconstruct/silver_sharpener.h"
 #include "core/reconstruct/tone_curve.h"
 
 namespace reseau {
@@ -15,11 +16,12 @@ struct SilverSettings {
   const LineSource* source = nullptr;
   const ToneCurves* tone = nullptr;
   double white_level = 1;
-  bool infrared = true;                     // else a weighted sum of R, G, B
-  std::array<double, 3> silver_from_rgb{};  // its weights
-  double offset = 0;                        // added to the linear samples
-  std::array<Vec2, 2> period_px{};          // the two translations of the réseau
-  int margin_px = 0;                        // kept around the rows, on all four sides
+  bool infrared = true;                        // else a weighted sum of R, G, B
+  std::array<double, 3> silver_from_rgb{};     // its weights
+  double offset = 0;                           // added to the linear samples
+  std::array<Vec2, 2> period_px{};             // the two translations of the réseau
+  int margin_px = 0;                           // kept around the rows, on all four sides
+  const SilverSharpener* sharpener = nullptr;  // deconvolves; null: nothing does
 };
 
 // Silver transmittance, 1 = clear film, of rows [first - margin, end + margin) and columns

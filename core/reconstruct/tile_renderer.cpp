@@ -6,6 +6,7 @@
 
 #include "core/base/float4.h"
 #include "core/reconstruct/cubic_weights.h"
+#include "core/reconstruct/silver_ratio.h"
 
 namespace reseau {
 namespace {
@@ -13,7 +14,6 @@ namespace {
 // Elements on either side of a pixel that interpolation takes, in lattice steps.
 constexpr int kLatticeReach = 2;
 constexpr int kDetailReach = DetailKernels::kRadius;
-constexpr std::size_t kPixelFloats = 4;  // R G B and one unused, while a tile is at work
 
 // Of the cubic between elements: at 0.5 it overshoots at edges of the scene, at 0 it flattens what
 // is soft; here the colour at the scale of elements is truest (reseau bench reconstruction).
@@ -23,26 +23,41 @@ constexpr float kSlope = 0.2F;
 class WeightTable {
  public:
   static constexpr int kSteps = 1024;
-  explicit WeightTable(bool cubic) {
+  explicit WeightTable(Demosaic demosaic) {
     for (int i = 0; i <= kSteps; ++i) {
       const float t = static_cast<float>(i) / kSteps;
+      const float next = t < kHalf ? 0.0F : 1.0F;
       const std::array<float, 4> w =
-          cubic ? cubic_weights(t, kSlope) : std::array{0.0F, 1 - t, t, 0.0F};
+          demosaic == Demosaic::kNearest    ? std::array{0.0F, 1 - next, next, 0.0F}
+          : demosaic == Demosaic::kBilinear ? std::array{0.0F, 1 - t, t, 0.0F}
+                                            : cubic_weights(t, kSlope);
       std::copy(w.begin(), w.end(), weights_.begin() + static_cast<std::ptrdiff_t>(i) * 4);
     }
   }
   [[nodiscard]] const float* at(float fraction) const {
-    constexpr float kHalf = 0.5F;  // fractions are not negative: this rounds
+    // Fractions are not negative: this rounds.
     return &weights_[static_cast<std::size_t>(fraction * kSteps + kHalf) * 4];
   }
 
  private:
+  static constexpr float kHalf = 0.5F;
   std::array<float, (kSteps + 1) * 4> weights_{};
 };
 
-const WeightTable& weight_table(Quality quality) {
-  static const WeightTable cubic(true), linear(false);
-  return quality == Quality::kDraft ? linear : cubic;
+const WeightTable& weight_table(Demosaic demosaic) {
+  static const WeightTable cubic(Demosaic::kBicubic), linear(Demosaic::kBilinear),
+      nearest(Demosaic::kNearest);
+  return demosaic == Demosaic::kNearest    ? nearest
+         : demosaic == Demosaic::kBilinear ? linear
+                                           : cubic;
+}
+
+int detail_reach_of(const TileSettings& settings) {
+  if (settings.demosaic == Demosaic::kJoint) return kDetailReach;
+  if (settings.demosaic != Demosaic::kRatio) return 0;
+  const Vec2 shift = settings.silver_shift_px;
+  return SilverRatio::kReach +
+         static_cast<int>(std::ceil(std::max(std::abs(shift.x), std::abs(shift.y))));
 }
 
 int reach_of(const ScreenMap& map) {
@@ -53,27 +68,12 @@ int reach_of(const ScreenMap& map) {
   return static_cast<int>(std::ceil(kLatticeReach * std::max(x, y))) + 1;
 }
 
-// Calls body(begin, end, skip) for the runs of a row of n pixels from column x0 on; skip:
-// everything within `reach` of them is blank.
-template <typename Body>
-void for_runs(const BlankBlocks& blank, int x0, int y, int n, int reach, const Body& body) {
-  if (!blank.any()) {
-    body(0, n, false);
-    return;
-  }
-  for (int begin = 0; begin < n;) {
-    const int end = std::min(n, blank.block_end(x0 + begin) - x0);
-    body(begin, end, blank.around(x0 + begin, y, reach) && blank.around(x0 + end - 1, y, reach));
-    begin = end;
-  }
-}
-
 }  // namespace
 
 TileRenderer::TileRenderer(const TileSettings& settings)
     : settings_(settings),
-      element_reach_px_(reach_of(settings.map) +
-                        (settings.quality == Quality::kBest ? kDetailReach : 0)) {}
+      detail_reach_px_(detail_reach_of(settings)),
+      element_reach_px_(reach_of(settings.map) + detail_reach_px_) {}
 
 float TileRenderer::element(const SilverRows& silver, std::size_t site, Vec2 p) const {
   const auto x = static_cast<int>(std::floor(p.x + 0.5)),
@@ -151,7 +151,7 @@ TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const Blank
 
 void TileRenderer::interpolate(const Planes& planes, const BlankBlocks& blank, int x0, int y,
                                const std::vector<ScreenPoint>& at, float* out) const {
-  const WeightTable& table = weight_table(settings_.quality);
+  const WeightTable& table = weight_table(settings_.demosaic);
   struct Lattice {
     float x_of_u, x_of_v, start_x, y_of_u, y_of_v, start_y;
     const float* values;
@@ -199,82 +199,11 @@ void TileRenderer::interpolate(const Planes& planes, const BlankBlocks& blank, i
   });
 }
 
-// What the smooth picture would give is taken off the silver; the rest is detail.
-void TileRenderer::add_detail(const SilverRows& silver, const BlankBlocks& blank,
-                              const MapGrid& silver_at, const PixelBounds& rect,
-                              const std::vector<float>& smooth_of_silver,
-                              std::vector<float>& picture) const {
-  const PixelBounds wide = rect.grown(kDetailReach);
-  const auto stride = static_cast<std::ptrdiff_t>(wide.width()) + 1;
-  std::vector<float> rest(
-      static_cast<std::size_t>(stride) * static_cast<std::size_t>(wide.height()) + 4);
-  const std::vector<BlurLevel>& levels = settings_.levels.levels();
-  constexpr int kSigmaStep = 16;
-  std::vector<ScreenPoint> at;
-  BlurLevels::Place place{};
-  const float* smooth = smooth_of_silver.data();
-  for (int y = wide.y0; y < wide.y1; ++y) {
-    silver_at.row(y, at);
-    const float* from = silver.at(wide.x0, y);
-    float* to = &rest[static_cast<std::size_t>((y - wide.y0) * stride)];
-    for (int x = 0; x < wide.width(); ++x, smooth += kPixelFloats) {
-      const ScreenPoint s = at[static_cast<std::size_t>(x)];
-      if (levels.size() > 1 && x % kSigmaStep == 0) {
-        place = settings_.levels.place(
-            settings_.blur.sigma_px({static_cast<double>(wide.x0 + x), static_cast<double>(y)}));
-      }
-      std::array<float, 3> share = levels[place.index].cell.shares(s.u, s.v);
-      if (place.toward_next > 0) {
-        const auto next = levels[place.index + 1].cell.shares(s.u, s.v);
-        for (std::size_t c = 0; c < 3; ++c) share[c] += place.toward_next * (next[c] - share[c]);
-      }
-      to[x] = from[x] - (share[0] * smooth[0] + share[1] * smooth[1] + share[2] * smooth[2]);
-    }
-  }
-  float* out = picture.data();
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    silver_at.row(y, at);
-    const float* corner = &rest[static_cast<std::size_t>((y - wide.y0 - kDetailReach) * stride)];
-    const ScreenPoint* const point = at.data() + kDetailReach;
-    for_runs(blank, rect.x0, y, rect.width(), kDetailReach, [&](int begin, int end, bool skip) {
-      if (skip) return;
-      for (int x = begin; x < end; ++x) {
-        const ScreenPoint s = point[x];
-        if (levels.size() > 1 && (x % kSigmaStep == 0 || x == begin)) {
-          const int step_x = rect.x0 + x - x % kSigmaStep;
-          place = settings_.levels.place(
-              settings_.blur.sigma_px({static_cast<double>(step_x), static_cast<double>(y)}));
-        }
-        const BlurLevel& level = levels[place.index + (place.toward_next > 0.5F ? 1 : 0)];
-        const float* weight = level.detail->of(s.u, s.v);
-        const float* from = corner + x;
-        std::array<Float4, 3> a{}, b{};
-        for (int row = 0; row < DetailKernels::kSide; ++row) {
-          const Float4 p0 = load4(from), p1 = load4(from + 4), p2 = load4(from + 8),
-                       p3 = load4(from + 12);
-          for (std::size_t c = 0; c < 3; ++c) {
-            a[c] += load4(weight) * p0;
-            b[c] += load4(weight + 4) * p1;
-            a[c] += load4(weight + 8) * p2;
-            b[c] += load4(weight + 12) * p3;
-            weight += DetailKernels::kRow;
-          }
-          from += stride;
-        }
-        float* to =
-            out + static_cast<std::ptrdiff_t>(x) * static_cast<std::ptrdiff_t>(kPixelFloats);
-        for (std::size_t c = 0; c < 3; ++c) to[c] += sum4(a[c] + b[c]);
-      }
-    });
-    out += static_cast<std::ptrdiff_t>(rect.width()) * static_cast<std::ptrdiff_t>(kPixelFloats);
-  }
-}
-
 void TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, float* out,
                           std::ptrdiff_t row_stride) const {
-  const bool best = settings_.quality == Quality::kBest;
+  const int reach = detail_reach_px_;
   const bool shifted = !(settings_.silver_shift_px == Vec2{});
-  const PixelBounds wide = rect.grown(best ? kDetailReach : 0);
+  const PixelBounds wide = rect.grown(reach);
   const Vec2 corner =
       settings_.map.screen_from_scan({static_cast<double>(rect.x0), static_cast<double>(rect.y0)});
   const Vec2 origin{std::floor(corner.x), std::floor(corner.y)};
@@ -286,7 +215,7 @@ void TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, flo
   const auto n_wide = static_cast<std::size_t>(wide.width()) * kPixelFloats;
   const auto n_row = static_cast<std::size_t>(rect.width()) * kPixelFloats;
   std::vector<float> picture(n_row * static_cast<std::size_t>(rect.height()));
-  if (!best) {
+  if (reach == 0) {
     for (int y = rect.y0; y < rect.y1; ++y) {
       picture_at.row(y, at);
       interpolate(planes, blank, rect.x0, y, at,
@@ -306,16 +235,21 @@ void TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, flo
       float* to = &picture[n_row * static_cast<std::size_t>(y - rect.y0)];
       if (shifted) {
         picture_at.row(y, at);
-        at.erase(at.begin(), at.begin() + kDetailReach);
+        at.erase(at.begin(), at.begin() + reach);
         at.resize(static_cast<std::size_t>(rect.width()));
         interpolate(planes, blank, rect.x0, y, at, to);
       } else {
-        std::copy_n(
-            &smooth[n_wide * static_cast<std::size_t>(y - wide.y0) + kDetailReach * kPixelFloats],
-            n_row, to);
+        std::copy_n(&smooth[n_wide * static_cast<std::size_t>(y - wide.y0) +
+                            static_cast<std::size_t>(reach) * kPixelFloats],
+                    n_row, to);
       }
     }
-    add_detail(silver, blank, silver_at, rect, smooth, picture);
+    const std::vector<float> predicted = predict(silver_at, wide, smooth);
+    if (settings_.demosaic == Demosaic::kJoint) {
+      add_detail(silver, blank, silver_at, rect, predicted, picture);
+    } else {
+      multiply_by_ratio(silver, blank, rect, predicted, picture);
+    }
   }
   const std::array<float, 9>& m = settings_.output_from_process;
   const float* p = picture.data();

@@ -7,8 +7,8 @@
 #include "core/geometry/vec2.h"
 #include "core/reconstruct/blank_blocks.h"
 #include "core/reconstruct/blur_levels.h"
+#include "core/reconstruct/demosaic.h"
 #include "core/reconstruct/map_grid.h"
-#include "core/reconstruct/reconstruct.h"
 #include "core/reconstruct/sharpness_field.h"
 #include "core/reconstruct/silver_rows.h"
 #include "core/screen/screen_map.h"
@@ -22,7 +22,8 @@ struct TileSettings {
   const BlurLevels& levels;
   const BlurSurface& blur;  // of the silver, by place; asked when levels are several
   Vec2 silver_shift_px;     // the silver of what lies at p is at p + shift
-  Quality quality = Quality::kStandard;
+  Demosaic demosaic = Demosaic::kBicubic;
+  double noise_sd = 0;  // of a pixel's silver over the light there
   std::array<float, 9> output_from_process{};
   double blank_noise_sd = 0;  // as BlankBlocks; 0: nothing is skipped
 };
@@ -39,6 +40,8 @@ class TileRenderer {
               std::ptrdiff_t row_stride) const;
 
  private:
+  static constexpr std::size_t kPixelFloats = 4;  // R G B and one unused, while a tile is at work
+
   // The elements of one colour about a tile.
   struct Plane {
     int first_i = 0, first_j = 0, n_i = 0, n_j = 0;
@@ -53,11 +56,19 @@ class TileRenderer {
   // `at`: the points of row y from column x0 on.
   void interpolate(const Planes& planes, const BlankBlocks& blank, int x0, int y,
                    const std::vector<ScreenPoint>& at, float* out) const;
+  // The silver that a picture, [pixel][4] of the rectangle, would have.
+  [[nodiscard]] std::vector<float> predict(const MapGrid& silver_at, const PixelBounds& rect,
+                                           const std::vector<float>& picture) const;
+  // `predicted`: the silver of the picture, in the rectangle and detail_reach_px_ around it.
   void add_detail(const SilverRows& silver, const BlankBlocks& blank, const MapGrid& silver_at,
-                  const PixelBounds& rect, const std::vector<float>& smooth_of_silver,
+                  const PixelBounds& rect, const std::vector<float>& predicted,
                   std::vector<float>& picture) const;
+  void multiply_by_ratio(const SilverRows& silver, const BlankBlocks& blank,
+                         const PixelBounds& rect, const std::vector<float>& predicted,
+                         std::vector<float>& picture) const;
 
   TileSettings settings_;
+  int detail_reach_px_;  // around a pixel, of silver that detail is made from
   int element_reach_px_;
 };
 

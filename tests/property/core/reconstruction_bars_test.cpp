@@ -50,7 +50,7 @@ INSTANTIATE_TEST_SUITE_P(OneMegapixel, ReconstructionBars,
                                          Bars{kSoft, Quality::kStandard, 1.7, 0, 0, 0.2, 0.7},
                                          Bars{kSoft, Quality::kBest, 1.4, 0, 0, 0.2, 0.7},
                                          Bars{kSofter, Quality::kStandard, 2.1, 0, 0, 0.4, 1.2},
-                                         Bars{kSofter, Quality::kBest, 1.8, 0, 0, 0.4, 1.2},
+                                         Bars{kSofter, Quality::kBest, 1.0, 2.1, 33, 0.4, 1.2},
                                          Bars{kDrifting, Quality::kStandard, 2.0, 0, 0, 1.2, 2.9},
                                          Bars{kDrifting, Quality::kBest, 1.4, 0, 0, 0.85, 2.8}));
 
