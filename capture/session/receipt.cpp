@@ -277,6 +277,7 @@ ordered_json registration_to_json(const Registration& r) {
                            {"probability", number_or_null(r.runner_up_probability)}};
   }
   put_number(object, "explained", r.explained);
+  if (r.found) object["identity"] = r.identity;
   if (!r.found) {
     object["reason"] = r.reason;
     for (const char* key :
