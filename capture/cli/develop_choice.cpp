@@ -197,8 +197,9 @@ std::string describe_registration(const Registration& r) {
   std::string text = fmt::format("{}, confidence {:.2f}, turned {:.2f}°, fits within {:.3f} px",
                                  r.screen, r.confidence, r.angle_deg, r.residual_px);
   if (r.left_out_px) {
-    text += fmt::format(", {:.3f} x {:.3f} px on what was left out of the fit", r.left_out_px->x,
-                        r.left_out_px->y);
+    text += r.lines_alone ? fmt::format(", {:.3f} px", r.left_out_px->y)
+                          : fmt::format(", {:.3f} x {:.3f} px", r.left_out_px->x, r.left_out_px->y);
+    text += " on what was left out of the fit";
   }
   const LineError& line = r.map.line_error();
   if (!line.none()) {

@@ -20,6 +20,7 @@ Scan ReadChoice::read(Reporter& reporter) const {
   ReadScanOptions options;
   options.gamma = gamma;
   options.infrared_file = infrared_file;
+  options.allow_grey = allow_grey;
   Scan scan = as_failure(Doing::kReadingInput, [&] { return read_scan(file, options); });
   for (const std::string& note : scan.notes) reporter.note(note);
   return scan;

@@ -16,6 +16,7 @@ struct ReadChoice {
   std::string file;
   std::optional<double> gamma;
   std::string infrared_file;
+  bool allow_grey = false;  // set by the verb: one channel is enough
 
   void add_to(CLI::App& app);
   // Reads; notes go to the reporter. Every failure is a Failure kExitInput or kExitNoMemory.

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/cli/develop_choice.h"
+#include "capture/cli/failure.h"
 #include "capture/cli/read_choice.h"
 #include "capture/cli/verbs.h"
 #include "capture/image/exr_file.h"
@@ -15,6 +16,7 @@
 #include "capture/session/registration_overlay.h"
 #include "capture/session/registration_plot.h"
 #include "capture/store/part_file.h"
+#include "core/screen/screen_description.h"
 
 namespace reseau::cli {
 
@@ -23,6 +25,8 @@ namespace {
 struct RegisterArguments {
   ReadChoice read;
   std::string map, overlay, plot;
+  std::string screen;
+  bool exchange = false;
   int n_threads = 0;
 };
 
@@ -58,12 +62,17 @@ ExitCode run_register(const RegisterArguments& options, Work& work) {
   for (const std::string* name : {&options.map, &options.overlay, &options.plot}) {
     if (!name->empty()) refuse_existing(*name);
   }
+  if (!options.screen.empty())
+    as_failure(Doing::kReadingInput, [&] { static_cast<void>(screen_kind(options.screen)); });
   const Scan scan = options.read.read(reporter);
   const LineFormat& format = scan.source->format();
   RegisterOptions register_options;
   register_options.tone = scan.tone;
   register_options.n_threads = options.n_threads;
   register_options.check_left_out = true;
+  register_options.allow_grey = true;
+  register_options.screen = options.screen;
+  register_options.exchange = options.exchange;
   const DevelopProgress progress = develop_progress(reporter, false, format.n_lines);
   const Registration registration = register_screen(
       *scan.source, register_options,
@@ -101,6 +110,12 @@ ExitCode run_register(const RegisterArguments& options, Work& work) {
   }
   reporter.result_json(object);
   reporter.result_line(describe_registration(registration));
+  if (registration.identity == "unknown") {
+    reporter.note(
+        "The scan shows no colours: which of its elements is which, and so the name of the screen, "
+        "is "
+        "not known. u may be half a period off; --screen and --exchange say it by hand.");
+  }
   return kExitOk;
 }
 
@@ -111,11 +126,21 @@ void add_register(Program& program) {
   CLI::App* app = program.add_verb(
       "register",
       "Finds the réseau of a scan and says where it lies. The map has two channels, u and v, in "
-      "periods\nof the pattern, for every pixel of the scan. No réseau: exit code 65.",
+      "periods\nof the pattern, for every pixel of the scan. No réseau: exit code 65.\nA scan of "
+      "one "
+      "channel gives lattice, angle, periods and the map but for which element is which.",
       "reseau register party.tif\n"
       "reseau register party.tif --map party-map.exr --overlay party-dots.png --json",
       [options](Work& work) { return run_register(*options, work); });
   options->read.add_to(*app);
+  options->read.allow_grey = true;
+  app->add_option("--screen", options->screen,
+                  "Which screen it is, where you know better: dufaycolor, paget, thames …");
+  app->add_flag(
+      "--exchange", options->exchange,
+      "The two kinds of squares lie the other way round than the scan seems to show. In a\n"
+      "scan without colours (infrared alone, black and white) the brighter kind counts as\n"
+      "the first: green of a Dufaycolor, at u = v = 0");
   app->add_option("--map", options->map, "Write u and v of every pixel as an EXR of this name");
   app->add_option("--overlay", options->overlay,
                   "Write a PNG of this name: parts of the scan with a dot on every element");

@@ -284,6 +284,7 @@ ordered_json registration_to_json(const Registration& r) {
                            {"probability", number_or_null(r.runner_up_probability)}};
   }
   put_number(object, "explained", r.explained);
+  if (r.found) object["identity"] = r.identity;
   if (!r.found) {
     object["reason"] = r.reason;
     for (const char* key :
@@ -298,7 +299,10 @@ ordered_json registration_to_json(const Registration& r) {
     object["lattice_cy_per_px"] = lattice;
     put_number(object, "residual_px", r.residual_px);
     if (r.left_out_px) {
-      object["left_out_px"] = {number_or_null(r.left_out_px->x), number_or_null(r.left_out_px->y)};
+      // Of lines alone u is not measured.
+      object["left_out_px"] = {
+          r.lines_alone ? nlohmann::ordered_json() : number_or_null(r.left_out_px->x),
+          number_or_null(r.left_out_px->y)};
     }
     put_number(object, "uncertainty_px", r.uncertainty.rms_px());
     put_number(object, "angle_deg", r.angle_deg);

@@ -51,8 +51,10 @@ OverlayWindow read_window(const LineSource& source, const ToneCurves& tone, int 
     source.read(y, 1, line);
     for (int x = x0; x < x0 + side_x; ++x) {
       for (int c = 0; c < 3; ++c) {
-        const auto plane = static_cast<std::size_t>(format.plane_of(std::array{
-            Channel::kRed, Channel::kGreen, Channel::kBlue}[static_cast<std::size_t>(c)]));
+        // A scan of one channel shows that.
+        const auto plane = static_cast<std::size_t>(
+            std::max(0, format.plane_of(std::array{Channel::kRed, Channel::kGreen,
+                                                   Channel::kBlue}[static_cast<std::size_t>(c)])));
         const std::uint16_t sample =
             line[plane * static_cast<std::size_t>(format.width_px) + static_cast<std::size_t>(x)];
         const float value = tone.table(c)[sample];

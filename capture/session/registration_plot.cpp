@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
@@ -115,10 +116,13 @@ std::string registration_plot(const Registration& registration, const LineFormat
   const double below = 70 + scale * format.n_lines + 20;
   SvgPage page(kPage, below + kCurveHeight + 90);
   page.rectangle({0, 0}, kPage, below + kCurveHeight + 90, "#ffffff");
+  const std::string periods =
+      registration.lines_alone
+          ? fmt::format("{:.3f}", registration.period_px[1])
+          : fmt::format("{:.3f} x {:.3f}", registration.period_px[0], registration.period_px[1]);
   page.text({kMargin, 30},
-            fmt::format("{}, {:.3f} x {:.3f} px, {:.2f} degrees, {:.3f} px rms left",
-                        registration.screen, registration.period_px[0], registration.period_px[1],
-                        registration.angle_deg, registration.residual_px),
+            fmt::format("{}, {} px, {:.2f} degrees, {:.3f} px rms left", registration.screen,
+                        periods, registration.angle_deg, registration.residual_px),
             15);
   draw_film(page, registration, format, scale);
   draw_stage(page, registration.map.line_error(), format, below);

@@ -42,6 +42,10 @@ struct Registration {
   double runner_up_probability = 0;
   double explained = 0;  // share of what alternates in the brightest tiles that the screen explains
   ScreenMap map;         // screen (u, v) from scan pixels, valid over the whole frame when found
+  // How it is known which element has which colour: "colour" as the scan shows it, "given" by hand,
+  // or "unknown" in a scan without colours. There the first kind of square (or of two sites) is the
+  // brighter one, and response and silver_from_rgb say nothing.
+  std::string identity = "colour";
   // A screen of lines alone: nothing repeats along u, which is measured in periods of v and is not
   // known but for the map's own convention.
   bool lines_alone = false;
@@ -79,6 +83,13 @@ inline constexpr int kSnapshotLines = 64;
 struct RegisterOptions {
   ToneCurves tone = ToneCurves::linear();
   int n_threads = 0;  // 0 = all cores
+  // Look for a réseau also where there is one channel, or three alike. Its colours are then not
+  // known, and a halftone may pass for one.
+  bool allow_grey = false;
+  // By hand: which screen it is, as in screen_names(); empty = by evidence. And whether the two
+  // kinds of squares (or of the two sites) are the other way round than they seem.
+  std::string screen;
+  bool exchange = false;
   // Fits again without some of the blocks and says how far those then lie off. Costs a little.
   bool check_left_out = false;
   // Called with a snapshot after every kSnapshotLines committed lines once the réseau shows itself,

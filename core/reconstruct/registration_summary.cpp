@@ -61,10 +61,10 @@ void describe_certainty(Registration& result, const Mat2& mean) {
 }
 
 void describe_names(Registration& result, const LatticeSeed& seed) {
-  const std::vector<ScreenGuess> guesses =
-      name_screen({seed.layout, seed.special_color, seed.explained, seed.other_explained,
-                   result.lines_alone ? result.period_um[1]
-                                      : std::sqrt(result.period_um[0] * result.period_um[1])});
+  const std::vector<ScreenGuess> guesses = name_screen(
+      {seed.layout, seed.grey ? -1 : seed.special_color, seed.explained, seed.other_explained,
+       result.lines_alone ? result.period_um[1]
+                          : std::sqrt(result.period_um[0] * result.period_um[1])});
   const double some = 1 - result.none_probability;
   result.screen = guesses[0].name;
   result.screen_probability = some * guesses[0].probability;

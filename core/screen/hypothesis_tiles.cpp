@@ -31,6 +31,7 @@ std::vector<TileEntry> measure_entries(const LinearRows& rows,
     cut.first = 0;
     cut.n = tile_size;
     cut.width_px = tile_size;
+    cut.grey = rows.grey;
     for (std::size_t c = 0; c < 4; ++c) {
       cut.plane[c].resize(static_cast<std::size_t>(tile_size) *
                           static_cast<std::size_t>(tile_size));
@@ -66,6 +67,12 @@ Eigen::Vector3d element_response(const std::vector<Eigen::Vector4d>& lights, boo
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
   const Eigen::Vector3d direction = eigen.eigenvectors().col(2);
   return (direction.sum() < 0 ? -brightest : brightest) * direction;
+}
+
+Eigen::Vector3d mean_light(const std::vector<Eigen::Vector4d>& lights) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector4d& x : lights) sum += x.head<3>();
+  return sum / std::max(sum(1), 1e-30);
 }
 
 Cast cast_of(const std::vector<TileEntry>& entries) {

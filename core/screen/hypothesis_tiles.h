@@ -40,6 +40,9 @@ struct TileEntry {
 [[nodiscard]] Eigen::Vector3d element_response(const std::vector<Eigen::Vector4d>& lights,
                                                bool infrared);
 
+// Of grey tiles: the mean, weighed by the second channel, which is 1 but for that.
+[[nodiscard]] Eigen::Vector3d mean_light(const std::vector<Eigen::Vector4d>& lights);
+
 // Colour of a light relative to the mean of each channel over all tiles, so that neither exposure
 // nor a cast decides.
 struct Cast {

@@ -68,8 +68,8 @@ const std::vector<Turns>& grid_turns() {
 
 class Judge {
  public:
-  Judge(const ElementModel& model, double sigma, bool infrared)
-      : n_channels_(infrared ? 4 : 3), columns_(model.columns(sigma)), qr_(columns_) {
+  Judge(const ElementModel& model, double sigma, std::size_t n_channels)
+      : n_channels_(n_channels), columns_(model.columns(sigma)), qr_(columns_) {
     span_ = qr_.householderQ() * ElementModel::Columns::Identity();
   }
 
@@ -150,7 +150,7 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
         double sum = 0, best_tile = -1e30;
         std::vector<Origin> origins;
         std::size_t seed = 0;
-        const Judge judge(model, sigma, infrared);
+        const Judge judge(model, sigma, rows.grey ? 1 : infrared ? 4 : 3);
         for (std::size_t e = 0; e < entries.size(); ++e) {
           origins.push_back(judge.best_origin(views[e]));
           sum += origins.back().explained;
@@ -177,6 +177,7 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
         double best_margin = -1e30;
         for (const int special : {0, 2, 1}) {
           if (layout == ScreenLayout::kTwoSites && special != 2) continue;  // none was made
+          if (rows.grey && special != (layout == ScreenLayout::kTwoSites ? 2 : 0)) continue;
           const std::array<int, 3> color = site_colors(layout, special);
           const auto p = static_cast<std::size_t>(sites.pair[0]),
                      q = static_cast<std::size_t>(sites.pair[1]);
@@ -185,8 +186,10 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
           for (std::size_t e = 0; e < entries.size(); ++e) {
             Vec2 screen = origins[e].screen;
             std::array<Eigen::Vector4d, 3> x = lights_at(e, screen);
-            if (cast.leaning(x[p].head<3>(), color[p], color[q]) <
-                cast.leaning(x[q].head<3>(), color[p], color[q])) {
+            // Without colours the brighter one is called the first.
+            if (rows.grey ? x[p](0) < x[q](0)
+                          : cast.leaning(x[p].head<3>(), color[p], color[q]) <
+                                cast.leaning(x[q].head<3>(), color[p], color[q])) {
               screen = screen + sites.pair_shift;
               x = lights_at(e, screen);
             }
@@ -195,8 +198,9 @@ LatticeHypothesis judge_lattice(const LinearRows& rows, const std::vector<TileCo
             for (std::size_t k = 0; k < 3; ++k) lights[k].push_back(weight * x[k]);
           }
           std::array<Eigen::Vector3d, 3> response;
-          for (std::size_t k = 0; k < 3; ++k) response[k] = element_response(lights[k], infrared);
-          const double margin = cast.margin(response, color);
+          for (std::size_t k = 0; k < 3; ++k)
+            response[k] = rows.grey ? mean_light(lights[k]) : element_response(lights[k], infrared);
+          const double margin = rows.grey ? 1 : cast.margin(response, color);
           if (!(margin > best_margin)) continue;
           best_margin = margin;
           best.special_color = special;

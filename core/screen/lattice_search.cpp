@@ -21,7 +21,8 @@ namespace {
 constexpr double kLowestFrequency = 0.028, kLowestLineFrequency = 0.012;
 // Of lines alone: how many peaks are tried and what each must have, and the share of what
 // alternates that they must explain. What explains more than the last is no screen of lines.
-constexpr std::size_t kMostLinePeaks = 4;
+constexpr std::size_t kMostLinePeaks = 3, kMostLineTiles = 8;
+constexpr double kFewPeriods = 5;
 constexpr double kLeastLinePower = 10 * kNoisePower, kLeastLinesExplained = 0.12,
                  kPlainlyExplained = 0.4;
 
@@ -154,7 +155,8 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int largest_ti
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
   if (candidates.size() > 6) candidates.resize(6);
-  result.reason = "No réseau was found: no colour pattern repeats in two directions.";
+  result.reason = rows.grey ? "No réseau was found: no pattern repeats in two directions."
+                            : "No réseau was found: no colour pattern repeats in two directions.";
   std::vector<std::optional<LatticeHypothesis>> hypotheses(candidates.size());
   parallel_for(static_cast<int>(candidates.size()), [&](int k) {
     const Candidate& candidate = candidates[static_cast<std::size_t>(k)];
@@ -181,6 +183,7 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int largest_ti
             ? ""
             : "No réseau was found: the periodic pattern does not have the colours of a screen "
               "that was made.";
+    result.seed.grey = rows.grey;
     result.seed.layout = judged.layout;
     result.seed.special_color = judged.special_color;
     result.seed.explained = judged.explained;
@@ -202,16 +205,19 @@ LatticeSearch find_lattice(const LinearRows& rows, bool infrared, int largest_ti
   std::vector<SpectralPeak> strong = find_peaks(total, kMostLinePeaks, kLowestLineFrequency);
   std::erase_if(strong, [](const auto& peak) { return peak.power() < kLeastLinePower; });
   std::vector<LatticeHypothesis> lines(strong.size());
-  if (best < kPlainlyExplained) {
+  if (best < kPlainlyExplained && !rows.grey) {
     parallel_for(static_cast<int>(strong.size()), [&](int k) {
       const auto at = static_cast<std::size_t>(k);
       std::vector<TileCorner> corners;
       std::vector<Vec2> frequencies;
-      for (std::size_t t = 0; t < used.size(); ++t) {
-        corners.push_back({used[t].x, used[t].y});
+      // The middle half of a tile where that holds a few periods.
+      const bool half = norm(strong[at].frequency) * size / 2 > kFewPeriods;
+      for (std::size_t t = 0; t < std::min(used.size(), kMostLineTiles); ++t) {
+        const int inset = half ? size / 4 : 0;
+        corners.push_back({used[t].x + inset, used[t].y + inset});
         frequencies.push_back(local_frequency(spectra[t], strong[at].frequency));
       }
-      lines[at] = judge_lines(rows, corners, frequencies, size, infrared);
+      lines[at] = judge_lines(rows, corners, frequencies, half ? size / 2 : size, infrared);
     });
   }
   for (std::size_t k = 0; k < strong.size(); ++k) {

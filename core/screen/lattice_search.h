@@ -16,6 +16,7 @@ inline constexpr int kLargestTilePx = 256, kSmallestTilePx = 64;
 struct LatticeSeed {
   ScreenLayout layout = ScreenLayout::kLinesAndSquares;
   int special_color = 0;
+  bool grey = false;                          // no colours: which element is which is not known
   double explained = 0, other_explained = 0;  // as in LatticeHypothesis
   Carriers carriers;                          // right-handed: cross(u, v) > 0; mean of the tiles
   Vec2 center_px;                             // of the tile that shows the pattern best

@@ -22,6 +22,7 @@ constexpr double kMostStep = 8;
 LightDrift::LightDrift(const CellGrid& cells, const LatticeSeed& seed)
     : cells_(cells),
       layout_(seed.layout),
+      grey_(seed.grey),
       colors_(site_colors(seed.layout, seed.special_color)),
       lights_(static_cast<std::size_t>(cells.n_columns()) *
               static_cast<std::size_t>(cells.n_rows())) {
@@ -78,7 +79,8 @@ double LightDrift::beside(int column, int row, int step_x, int step_y, std::size
 
 LightDrift::Slopes LightDrift::of_block(const CellRange& range) const {
   // A period of lines alone is wider than a cell; there the light of a cell is that of a line.
-  if (layout_ == ScreenLayout::kLines) return {};
+  // And grey rows do not tell the lights of elements.
+  if (layout_ == ScreenLayout::kLines || grey_) return {};
   // Of s^2, colour by colour: the sum over the block, and what it gains from border to border.
   std::array<double, 3> sum{};
   std::array<Vec2, 3> gain{};

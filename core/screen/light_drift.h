@@ -38,6 +38,7 @@ class LightDrift {
 
   const CellGrid& cells_;
   ScreenLayout layout_;
+  bool grey_;
   std::array<int, 3> colors_;   // of the sites
   std::vector<Lights> lights_;  // sum of s^2 behind the elements of a colour [row][column]
 };

@@ -1,6 +1,7 @@
 #include "core/screen/linear_rows.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/check.h"
 
@@ -15,8 +16,12 @@ LinearReader::LinearReader(const LineSource& source, const ToneCurves& tone)
   const LineFormat& format = source.format();
   rgb_plane_ = {format.plane_of(Channel::kRed), format.plane_of(Channel::kGreen),
                 format.plane_of(Channel::kBlue)};
-  for (int plane : rgb_plane_) CHECK(plane >= 0);
   infrared_plane_ = format.plane_of(Channel::kInfrared);
+  if (std::ranges::min(rgb_plane_) < 0) {
+    const int grey = format.plane_of(Channel::kGrey);
+    grey_plane_ = grey >= 0 ? grey : infrared_plane_;
+    CHECK(grey_plane_ >= 0);
+  }
 }
 
 void LinearReader::read(int first, int n, LinearRows& out) {
@@ -28,7 +33,9 @@ void LinearReader::read(int first, int n, LinearRows& out) {
   out.first = first;
   out.n = n;
   out.width_px = format.width_px;
+  out.grey = grey();
   for (auto& plane : out.plane) plane.resize(width * static_cast<std::size_t>(n));
+  if (grey()) return take_grey(out);
   for (std::size_t y = 0; y < static_cast<std::size_t>(n); ++y) {
     const std::uint16_t* line = buffer_.data() + y * n_channels * width;
     float* silver = out.plane[3].data() + y * width;
@@ -54,6 +61,25 @@ void LinearReader::read(int first, int n, LinearRows& out) {
       for (std::size_t x = 0; x < width; ++x) silver[x] = in[x] < kClipped ? silver[x] : 0.0F;
     }
     for (std::size_t x = 0; x < width; ++x) silver[x] = std::max(silver[x], 0.0F);
+  }
+}
+
+void LinearReader::take_grey(LinearRows& out) const {
+  // Black film shows 0.003 of full scale and noise.
+  constexpr float kPerBlack = 500;
+  const auto width = static_cast<std::size_t>(out.width_px);
+  const std::size_t n_channels = source_.format().channels.size();
+  const float* table = tone_.table(std::min(grey_plane_, 3)).data();
+  for (std::size_t c = 1; c < 4; ++c) std::ranges::fill(out.plane[c], 1.0F);
+  for (std::size_t y = 0; y < static_cast<std::size_t>(out.n); ++y) {
+    const std::uint16_t* in =
+        buffer_.data() + (y * n_channels + static_cast<std::size_t>(grey_plane_)) * width;
+    float* to = out.plane[0].data() + y * width;
+    float* silver = out.plane[3].data() + y * width;
+    for (std::size_t x = 0; x < width; ++x) {
+      to[x] = std::log1p(kPerBlack * std::max(table[in[x]], 0.0F));
+      if (in[x] >= kClipped) silver[x] = 0;
+    }
   }
 }
 

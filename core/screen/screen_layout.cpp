@@ -91,6 +91,20 @@ constexpr std::array<Made, 2> kLinesMade{
 
 }  // namespace
 
+ScreenLayout layout_of(ScreenKind kind) {
+  switch (kind) {
+    case ScreenKind::kPaget:
+    case ScreenKind::kFinlay:
+    case ScreenKind::kThames:
+      return ScreenLayout::kTwoSites;
+    case ScreenKind::kJoly:
+    case ScreenKind::kWarnerPowrie:
+      return ScreenLayout::kLines;
+    default:
+      return ScreenLayout::kLinesAndSquares;
+  }
+}
+
 LayoutSites layout_sites(ScreenLayout layout) {
   if (layout == ScreenLayout::kTwoSites) return {2, {0, 1}, {0.5, 0.5}, true};
   if (layout == ScreenLayout::kLines) return {0, {1, 2}, {0, 1.0 / 3}, false};
@@ -141,7 +155,8 @@ std::vector<ScreenGuess> name_screen(const ScreenEvidence& evidence) {
     // What repeats in two directions is not lines alone.
     if (screen.layout == ScreenLayout::kLines && evidence.layout != ScreenLayout::kLines)
       weight *= 1e-3;
-    if (screen.special_color != evidence.special_color) weight *= 1e-3;
+    if (evidence.special_color >= 0 && screen.special_color != evidence.special_color)
+      weight *= 1e-3;
     if (evidence.period_um > 0) {
       const double off = std::log(evidence.period_um / usual_sizes(screen.kind).period_um.y) / 0.15;
       weight *= 1e-3 + std::exp(-0.5 * off * off);

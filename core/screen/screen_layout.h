@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/geometry/vec2.h"
+#include "core/screen/screen_description.h"
 #include "core/screen/screen_tile.h"
 
 namespace reseau {
@@ -17,6 +18,9 @@ enum class ScreenLayout {
   kTwoSites,         // sites: (0, 0), (0.5, 0.5), and what lies between
   kLines  // lines alone: sites at v = 1/6, 1/2, 5/6, each a third wide; nothing changes along u
 };
+
+// Of a screen that was made.
+[[nodiscard]] ScreenLayout layout_of(ScreenKind kind);
 
 struct LayoutSites {
   int special = 0;            // the site unlike the others: the line, or what lies between
@@ -52,7 +56,7 @@ struct ScreenGuess {
 // What a search found.
 struct ScreenEvidence {
   ScreenLayout layout = ScreenLayout::kLinesAndSquares;
-  int special_color = 0;
+  int special_color = 0;  // -1 = not known
   // Share of what alternates that the layout explains, and the most that another one does.
   double explained = 0, other_explained = 0;
   double period_um = 0;  // 0 = unknown

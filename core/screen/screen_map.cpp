@@ -24,6 +24,12 @@ ScreenMap::ScreenMap(Mat2 linear, Vec2 offset, double spacing_px, int n_columns,
         static_cast<std::size_t>(n_columns) * static_cast<std::size_t>(n_rows));
 }
 
+ScreenMap ScreenMap::shifted(Vec2 by) const {
+  ScreenMap map = *this;
+  map.offset_ = offset_ + by;
+  return map;
+}
+
 ScreenMap ScreenMap::with_line_error(LineError line) const {
   CHECK(line.none() || (line.spacing_px > 0 && line.coefficients.size() >= 4));
   ScreenMap map = *this;

@@ -34,6 +34,8 @@ class ScreenMap {
 
   [[nodiscard]] const Mat2& linear() const { return linear_; }
   [[nodiscard]] Vec2 offset() const { return offset_; }
+  // The same with all screen coordinates raised by so much.
+  [[nodiscard]] ScreenMap shifted(Vec2 by) const;
   // The film alone, as an ideal scanner sees it.
   [[nodiscard]] ScreenMap without_line_error() const { return with_line_error({}); }
   // The same at one point, without a copy.

@@ -10,6 +10,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "core/base/error.h"
+#include "core/geometry/vec2.h"
+#include "core/line/line_format.h"
 #include "core/line/memory_line_source.h"
 #include "core/reconstruct/reconstruct.h"
 #include "drivers/sim/simulate.h"
@@ -160,6 +163,78 @@ TEST(LinesAlone, WarnerPowrieMirrored) {
 }
 TEST(LinesAlone, WithoutInfrared) {
   expect_lines({"screen=warner_powrie&scene=natural&angle=90", "warner-powrie", 127}, false);
+}
+
+// One channel of a film: what can be known is the lattice and the map up to half a period of u.
+sim::SimulatedScan one_channel(const std::string& film, int channel, int n_alike) {
+  const auto spec = sim::parse_sim_spec(film);
+  sim::SimulatedScan scan = sim::simulate_frame(spec);
+  const auto width = static_cast<std::ptrdiff_t>(scan.format.width_px),
+             n = static_cast<std::ptrdiff_t>(scan.format.n_channels());
+  std::vector<std::uint16_t> samples;
+  for (std::ptrdiff_t y = 0; y < scan.format.n_lines; ++y) {
+    const auto begin = scan.samples.begin() + (y * n + channel) * width;
+    for (int k = 0; k < n_alike; ++k) samples.insert(samples.end(), begin, begin + width);
+  }
+  scan.samples = std::move(samples);
+  scan.format.channels.resize(static_cast<std::size_t>(n_alike));
+  if (n_alike == 1) scan.format.channels = {Channel::kGrey};
+  return scan;
+}
+
+TEST(WithoutColors, TheLatticeIsFoundAndTheRestGivenByHand) {
+  for (const int n_alike : {1, 3}) {
+    const sim::SimulatedScan scan =
+        one_channel("ls5000?width_px=700&height_px=700&scene=natural&angle=17", 1, n_alike);
+    const MemoryLineSource source(scan.format, scan.samples);
+    RegisterOptions options;
+    if (n_alike == 1) {
+      EXPECT_THROW(static_cast<void>(register_screen(source, options, {}, {})), InputError);
+    } else {
+      EXPECT_FALSE(register_screen(source, options, {}, {}).found);
+    }
+    options.allow_grey = true;
+    const Registration found = register_screen(source, options, {}, {});
+    ASSERT_TRUE(found.found) << found.reason;
+    EXPECT_EQ(found.identity, "unknown");
+    EXPECT_NEAR(found.period_um[1], 49.9, 0.02);
+    const double off = distance_px(found.map, scan.truth, 700);
+    fmt::print("green, {} alike: {} ({:.2f}), {:.4f} px rms\n", n_alike, found.screen,
+               found.screen_probability, off);
+    EXPECT_LT(off, 0.05);
+
+    options.exchange = true;
+    options.screen = "dufaycolor";
+    const Registration given = register_screen(source, options, {}, {});
+    ASSERT_TRUE(given.found) << given.reason;
+    EXPECT_EQ(given.identity, "given");
+    EXPECT_EQ(given.screen, "dufaycolor");
+    const Vec2 moved =
+        given.map.screen_from_scan({300, 200}) - found.map.screen_from_scan({300, 200});
+    EXPECT_NEAR(moved.x, 0.5, 1e-9);
+    EXPECT_NEAR(moved.y, 0, 1e-9);
+    options.screen = "paget";
+    const Registration wrong = register_screen(source, options, {}, {});
+    EXPECT_FALSE(wrong.found);
+    EXPECT_NE(wrong.reason.find("paget"), std::string::npos) << wrong.reason;
+  }
+}
+
+TEST(WithoutColors, WhatAChannelDoesNotShowIsSaid) {
+  for (const int channel : {0, 3}) {  // red: squares alike; infrared: hardly anything
+    const sim::SimulatedScan scan =
+        one_channel("ls5000?width_px=500&height_px=500&scene=natural&angle=17", channel, 1);
+    const MemoryLineSource source(scan.format, scan.samples);
+    RegisterOptions options;
+    options.allow_grey = true;
+    const Registration found = register_screen(source, options, {}, {});
+    if (found.found) {  // then rightly
+      EXPECT_LT(distance_px(found.map, scan.truth, 500), 0.3) << channel;
+    } else {
+      fmt::print("channel {}: {}\n", channel, found.reason);
+      EXPECT_FALSE(found.reason.empty());
+    }
+  }
 }
 
 }  // namespace
