@@ -27,16 +27,16 @@ Film::Edges edges_of(const FilmSpec& spec) {
     edges.contrast = 1;
   }
   if (spec.scene == SceneKind::kEdges || spec.scene == SceneKind::kRazor) {
-    edges.off_axes_deg = off_axes_deg(spec.edge_angle_deg);
-    edges.contrast = 1;
+    edges.scene_off_axes_deg = off_axes_deg(spec.edge_angle_deg);
+    edges.scene_contrast = 1;
   }
   if (spec.kind != FilmKind::kDufay) return edges;
   // Light passes a gap undyed and exposes the film behind it.
-  if (spec.print.overlap_um < 0 && !spec.print.dark_gaps) edges.contrast = 1;
+  // A dark gap has an edge on either side.
+  if (spec.print.overlap_um < 0) edges.contrast = 1;
   const ScreenGradient g = PlacedScreen(spec).scan_gradient();
   const ScreenDescription screen = describe_screen(spec.screen);
-  // A tent is known across edges near the axes; where light spreads or a scene is finer than that,
-  // films are made of even cells.
+  // A tent is known across edges near the axes; where light spreads films are made of even cells.
   constexpr double kNearAxes = 35;
   double farthest = 0;
   for (const ScreenShape& shape : screen.shapes) {
@@ -52,8 +52,7 @@ Film::Edges edges_of(const FilmSpec& spec) {
       farthest = std::max(farthest, off);
     }
   }
-  edges.tents = farthest < kNearAxes && edges.radius_px == 0 && !edges.spreads &&
-                (spec.scene == SceneKind::kChart || spec.scene == SceneKind::kNatural);
+  edges.tents = farthest < kNearAxes && edges.radius_px == 0 && !edges.spreads;
   return edges;
 }
 
