@@ -52,15 +52,10 @@ ScreenFilm::ScreenFilm(const FilmSpec& spec)
       edges_(edges_of(spec)),
       id_(next_film()) {
   CHECK(spec.kind != FilmKind::kEmpty);
-  if (painter_ == nullptr || silver_.spreads()) return;
-  // What elements and silver change together is taken from the cells around. Small frames, which
-  // consist of borders, do without the last bit of speed for it.
-  constexpr double kSmallFrame = 2e6;
-  const double frame_px = 1.0 * spec.frame.width_px * spec.frame.height_px * spec.frame.n_frames;
-  const bool small = frame_px < kSmallFrame;
-  if (edges_.tents || small) edges_.fewest_cells = 8;
-  if (edges_.tents && small && damage_.has_local()) edges_.fewest_cells = 10;
-  if (edges_.tents && spec.print.overlap_um < 0) edges_.fewest_cells = 12;
+  // What elements and silver change together is taken from the cells around.
+  if (!edges_.tents) return;
+  const bool small = edges_.fewest_cells > 0;
+  edges_.fewest_cells = spec.print.overlap_um < 0 ? 12 : small && damage_.has_local() ? 10 : 8;
 }
 
 double ScreenFilm::height_um(double x, double /*y*/) const { return screen_.height_um(x); }
