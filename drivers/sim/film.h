@@ -78,7 +78,7 @@ class Film {
     // spread.
     bool grainy = false, spreads = false;
     // Cells per px that the film needs for itself.
-    int fewest_cells = 0;
+    int fewest_cells = 0, fewest_tents = 0;
   };
   [[nodiscard]] virtual Edges edges() const { return {}; }
   [[nodiscard]] virtual Extent extent() const = 0;

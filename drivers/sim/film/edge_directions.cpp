@@ -21,7 +21,7 @@ Film::Edges edges_of(const FilmSpec& spec) {
   Film::Edges edges;
   if (spec.kind == FilmKind::kEmpty) return edges;
   // Small frames consist of borders; they do without the last bit of speed.
-  constexpr double kSmallFrame = 2e6;
+  constexpr double kSmallFrame = 3e5;
   const double frame_px = 1.0 * spec.frame.width_px * spec.frame.height_px * spec.frame.n_frames;
   if (frame_px < kSmallFrame) edges.fewest_cells = 8;
   edges.grainy = spec.emulsion.grain > 0;

@@ -53,9 +53,8 @@ ScreenFilm::ScreenFilm(const FilmSpec& spec)
       id_(next_film()) {
   CHECK(spec.kind != FilmKind::kEmpty);
   // What elements and silver change together is taken from the cells around.
-  if (!edges_.tents) return;
-  const bool small = edges_.fewest_cells > 0;
-  edges_.fewest_cells = spec.print.overlap_um < 0 ? 12 : small && damage_.has_local() ? 10 : 8;
+  const bool small = edges_.fewest_cells > 0, gaps = spec.print.overlap_um < 0;
+  edges_.fewest_tents = gaps ? 12 : small && damage_.has_local() ? 10 : 8;
 }
 
 double ScreenFilm::height_um(double x, double /*y*/) const { return screen_.height_um(x); }
