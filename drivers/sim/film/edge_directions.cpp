@@ -35,8 +35,7 @@ Film::Edges edges_of(const FilmSpec& spec) {
     edges.scene_contrast = 1;
   }
   if (spec.kind != FilmKind::kDufay) return edges;
-  // Light passes a gap undyed and exposes the film behind it.
-  // A dark gap has an edge on either side.
+  // Light passes a clear gap undyed and exposes the film behind it; a dark one has two edges.
   if (spec.print.overlap_um < 0) edges.contrast = 1;
   const ScreenGradient g = PlacedScreen(spec).scan_gradient();
   const ScreenDescription screen = describe_screen(spec.screen);
@@ -56,7 +55,8 @@ Film::Edges edges_of(const FilmSpec& spec) {
       farthest = std::max(farthest, off);
     }
   }
-  edges.tents = farthest < kNearAxes && edges.radius_px == 0 && !edges.spreads;
+  edges.tents = farthest < kNearAxes && edges.radius_px == 0 && !edges.spreads &&
+                spec.scene != SceneKind::kRazor;
   return edges;
 }
 
