@@ -34,7 +34,9 @@ class FilmStrip {
   // True when pixels are too coarse for the scene: silver_row() then gives means over pixels.
   [[nodiscard]] bool has_fine_detail() const { return scenes_.front()->has_fine_detail(); }
   // True when the scene has steps, which cells of any size have within them.
-  [[nodiscard]] bool has_steps() const { return spec_.scene == SceneKind::kEdges; }
+  [[nodiscard]] bool has_steps() const {
+    return spec_.scene == SceneKind::kEdges || spec_.scene == SceneKind::kRazor;
+  }
   // Whether the soft ends of border and rebate are near a place of a row between x0 and x1.
   [[nodiscard]] bool near_frame(double y, double x0, double x1) const;
   // Of a scene that cells of 1 / kWholeCellsAt px hold as they are; of half the side, twice as fine
