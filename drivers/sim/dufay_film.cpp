@@ -115,21 +115,21 @@ struct BlockIn {
 // From places on the screen to transmittances.
 class CellPattern {
  public:
-  CellPattern(const PlacedScreen& screen, const ElementResponse& response, double cell_px,
-              bool tents)
+  CellPattern(const ScreenSpec& screen, const ScreenGradient& gradient,
+              const ElementResponse& response, double cell_px, bool tents)
       : cell_px_(static_cast<float>(cell_px)),
-        u_x_(static_cast<float>(screen.scan_gradient().u_x * cell_px)),
-        u_y_(static_cast<float>(screen.scan_gradient().u_y * cell_px)),
-        v_x_(static_cast<float>(screen.scan_gradient().v_x * cell_px)),
-        v_y_(static_cast<float>(screen.scan_gradient().v_y * cell_px)),
+        u_x_(static_cast<float>(gradient.u_x * cell_px)),
+        u_y_(static_cast<float>(gradient.u_y * cell_px)),
+        v_x_(static_cast<float>(gradient.v_x * cell_px)),
+        v_y_(static_cast<float>(gradient.v_y * cell_px)),
         variance_(tents ? 1.0F / 6 : 1.0F / 12),
         tents_(tents),
         ramp_u_(tents ? EdgeRamp::tent(u_x_, u_y_) : EdgeRamp(u_x_, u_y_)),
         ramp_v_(tents ? EdgeRamp::tent(v_x_, v_y_) : EdgeRamp(v_x_, v_y_)),
         part_u_(u_x_ / kParts, u_y_ / kParts),
         part_v_(v_x_ / kParts, v_y_ / kParts),
-        red_begins_(static_cast<float>(0.5 - screen.spec().red_fraction / 2)),
-        green_ends_(static_cast<float>(screen.spec().green_fraction / 2)) {
+        red_begins_(static_cast<float>(0.5 - screen.red_fraction / 2)),
+        green_ends_(static_cast<float>(screen.green_fraction / 2)) {
     for (std::size_t k = 0; k < 3; ++k) {
       for (std::size_t c = 0; c < 3; ++c) p_[k][c] = static_cast<float>(response[k][c]);
     }
@@ -233,6 +233,7 @@ DufayFilm::DufayFilm(const FilmSpec& spec)
       screen_(spec),
       response_(element_response(spec.dyes.fade)),
       edges_(edges_of(spec)),
+      strained_(screen_.largest_strain() > 0.004),
       id_(next_film()) {}
 
 bool DufayFilm::can_render(const FilmSpec& spec) {
@@ -269,10 +270,19 @@ void DufayFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out
   const SilverRow& silver = coarse ? of_cells.mean : rows.at(strip_, y, 0);
   const SilverRow& along_y = of_cells.along_y;
 
-  const CellPattern pattern(screen_, response_, cell, out.tents());
+  CellPattern pattern(screen_.spec(), screen_.scan_gradient(), response_, cell, out.tents());
   ScreenPoint from = screen_.screen_from_scan(first_px, y);
   for (int block = 0; block < n_px; block += kBlockPx) {
     const ScreenPoint to = screen_.screen_from_scan(first_px + block + kBlockPx, y);
+    if (strained_) {
+      const double x = first_px + block + (kBlockPx - 1) / 2.0;
+      const ScreenPoint above = screen_.screen_from_scan(x, y - 1),
+                        below = screen_.screen_from_scan(x, y + 1);
+      pattern = CellPattern(screen_.spec(),
+                            {(to.u - from.u) / kBlockPx, (below.u - above.u) / 2,
+                             (to.v - from.v) / kBlockPx, (below.v - above.v) / 2},
+                            response_, cell, out.tents());
+    }
     // Within a block (0.1 mm) the réseau is straight; whole periods are taken off in double
     // precision and a few are added so that every value stays positive.
     const double base_u = from.u - std::floor(from.u) + 8, step_u = (to.u - from.u) / kBlockPx;

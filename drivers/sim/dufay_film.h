@@ -30,6 +30,7 @@ class DufayFilm final : public Film {
   PlacedScreen screen_;
   ElementResponse response_;
   Edges edges_;
+  bool strained_;     // so much that edges change their direction within the frame
   std::uint64_t id_;  // of this film among all that ever were
 };
 

@@ -68,6 +68,8 @@ class Film {
     double off_axes_deg = 45;
     // Largest step across them; dyes leave half of the light.
     double contrast = 0.5;
+    // The same of a scene finer than pixels; a step of 0: it is not.
+    double scene_off_axes_deg = 45, scene_contrast = 0;
     // Smallest radius of round edges, which run along both axes somewhere; 0 without.
     double radius_px = 0;
     // Whether cells() knows the means over tents.
@@ -75,6 +77,8 @@ class Film {
     // Whether there is detail as fine as a third of a pixel everywhere; whether light or silver
     // spread.
     bool grainy = false, spreads = false;
+    // Cells per px that the film needs for itself.
+    int fewest_cells = 0, fewest_tents = 0;
   };
   [[nodiscard]] virtual Edges edges() const { return {}; }
   [[nodiscard]] virtual Extent extent() const = 0;

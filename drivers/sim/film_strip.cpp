@@ -97,6 +97,26 @@ double FilmStrip::finest_cy_per_px(double y, double x0, double x1) const {
          scene.finest_cy_per_px(a.y - top, std::min(a.x, b.x) - side, std::max(a.x, b.x) - side);
 }
 
+bool FilmStrip::near_frame(double y, double x0, double x1) const {
+  // A border alone is even enough.
+  if (spec_.frame.rebate_px == 0) return false;
+  const FilmPoint a = film_from_scan(x0, y), b = film_from_scan(x1, y);
+  const FrameSpec& frame = spec_.frame;
+  const double top = static_cast<double>(frame_at(a.y)) * frame.height_px;
+  const double low = std::min(a.x, b.x) + 0.5 - frame.outside_px;
+  const double high = std::max(a.x, b.x) + 0.5 - frame.outside_px;
+  const double width = frame.width_px - 2.0 * frame.outside_px;
+  const double row = a.y - top + 0.5;
+  const double margins[] = {frame.rebate_px, margin_px_};
+  return std::ranges::any_of(margins, [&](double margin) {
+    const auto within = [margin](double from, double to, double length) {
+      return (from < margin + kFrameEdgePx && to > margin - kFrameEdgePx) ||
+             (from < length - margin + kFrameEdgePx && to > length - margin - kFrameEdgePx);
+    };
+    return within(low, high, width) || within(row, row, frame.height_px);
+  });
+}
+
 void FilmStrip::silver_row(double y, double x0, const RgbRow& out) const {
   if (!on_film(y)) {
     for (const std::span<float> band : {out.r, out.g, out.b}) std::ranges::fill(band, 1.0F);

@@ -33,6 +33,16 @@ class FilmStrip {
   [[nodiscard]] const HdCurve& hd_curve() const { return hd_; }
   // True when pixels are too coarse for the scene: silver_row() then gives means over pixels.
   [[nodiscard]] bool has_fine_detail() const { return scenes_.front()->has_fine_detail(); }
+  // True when the scene has steps, which cells of any size have within them.
+  [[nodiscard]] bool has_steps() const {
+    return spec_.scene == SceneKind::kEdges || spec_.scene == SceneKind::kRazor;
+  }
+  // Whether the soft ends of border and rebate are near a place of a row between x0 and x1.
+  [[nodiscard]] bool near_frame(double y, double x0, double x1) const;
+  // Of a scene that cells of 1 / kWholeCellsAt px hold as they are; of half the side, twice as fine
+  // ones [cycles/px].
+  static constexpr double kWholeCells = 0.54;
+  static constexpr int kWholeCellsAt = 8;
   // Up to which the scene has detail between two places of a row [cycles/px].
   [[nodiscard]] double finest_cy_per_px(double y, double x0, double x1) const;
   // False where the strip has ended and the sensor sees bare light.

@@ -105,13 +105,15 @@ class NaturalScene final : public Scene {
 
   void add_blob(const Blob& blob, float v, double x0, const RgbRow& out) const {
     const float dy = (v - blob.y) / blob.ry;
-    if (dy * dy > 2.0F) return;
-    const double reach = 1.45 * blob.rx * w_;
+    const auto edge = static_cast<float>(blob.rx * w_ / 5.0);  // transitions of 5 px
+    // Until the transition has ended, which in small pictures takes longer.
+    const float end_r = std::max(1.0F + 0.5F / edge, 1.42F);
+    if (std::abs(dy) > end_r) return;
+    const double reach = end_r * blob.rx * w_ + 1;
     const double begin = blob.x * w_ - reach - x0, end = blob.x * w_ + reach - x0;
     const auto n = static_cast<double>(out.r.size());
     const auto from = static_cast<std::size_t>(std::clamp(std::floor(begin), 0.0, n));
     const auto to = static_cast<std::size_t>(std::clamp(std::ceil(end), 0.0, n));
-    const auto edge = static_cast<float>(blob.rx * w_ / 5.0);
     for (std::size_t i = from; i < to; ++i) {
       const auto u = static_cast<float>((x0 + static_cast<double>(i)) / w_);
       const float dx = (u - blob.x) / blob.rx;

@@ -40,6 +40,14 @@ namespace {
 // function. A round edge passes through phases as the square of the way.
 double edge_error(double spread_px2, int n, const Film::Edges& edges, bool tents) {
   constexpr double kPi = std::numbers::pi;
+  if (edges.scene_contrast > 0) {
+    Film::Edges scene, film = edges;
+    scene.off_axes_deg = edges.scene_off_axes_deg;
+    scene.contrast = edges.scene_contrast;
+    film.scene_contrast = 0;
+    return std::max(edge_error(spread_px2, n, scene, tents),
+                    edge_error(spread_px2, n, film, tents));
+  }
   // Tents leave the third-order term alone.
   if (tents) return edges.contrast * 0.399 * 0.00802 / std::pow(spread_px2 * n * n, 1.5);
   const double phases = n * std::tan(edges.off_axes_deg * kPi / 180);  // cycles per px along it
@@ -80,6 +88,9 @@ int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full)
   }
   Film::Edges edges = film.edges();
   const bool tents = takes_tents(film, pitch);
+  const bool hard =
+      edges.contrast > 0.5 || edges.scene_contrast > 0 || edges.spreads || (tents && edges.grainy);
+  const int fewest = std::max(edges.fewest_cells, tents ? edges.fewest_tents : 0);
   if (!full) {
     if (pitch > 1) return 2;
     constexpr int kMostPlain = 8;
@@ -88,7 +99,7 @@ int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full)
     const double sharpest = *std::ranges::min_element(optics.blur_px);
     const double aperture = std::min(optics.aperture_px, aperture_y);
     const double spread_px2 = sharpest * sharpest + aperture * aperture / 12;
-    int cells = edges.contrast > 0.5 || edges.spreads || edges.grainy ? kMostPlain : 6;
+    int cells = hard || edges.grainy || fewest > 6 ? kMostPlain : 6;
     while (cells < kMostPlain && edge_error(spread_px2, cells, edges, tents) > kFullError)
       cells += 2;
     return cells;
@@ -99,8 +110,7 @@ int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full)
   // As few as keep the error below half of 1e-4 of a sample, and let pairs be joined.
   constexpr int kFewest = 6, kFewestForSteps = 8, kMost = 12, kAligned = 16, kMostAligned = 24;
   const double spread_px2 = transferred_spread_px2(transfers);
-  const bool hard = edges.contrast > 0.5 || edges.spreads || (tents && edges.grainy);
-  int cells = hard ? kFewestForSteps : kFewest;
+  int cells = std::max(hard ? kFewestForSteps : kFewest, fewest);
   while (cells < kMost && choose_grid(cells, transfers).per_px == cells) cells += 2;
   if (cells == kFewest && edge_error(spread_px2, cells, edges, tents) > kFullError / 2) cells = 8;
   while (cells < kAligned && edge_error(spread_px2, cells, edges, tents) > kFullError) cells *= 2;

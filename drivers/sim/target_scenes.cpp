@@ -35,12 +35,20 @@ class ZoneScene final : public FineScene {
 
   void cells(double y, double x0, double side_px, const RgbRow& out) const override {
     // The phase is a sum of one part in x and one in y: so is the exponent's mean a product.
-    thread_local std::vector<std::complex<double>> across;
-    thread_local std::array<double, 4> made_for{};
+    struct Across {
+      std::array<double, 4> made_for{};
+      std::vector<std::complex<double>> wave;
+    };
+    thread_local std::array<Across, 8> kept;  // rows are asked for at a few places in turn
+    thread_local std::size_t oldest = 0;
     const std::array<double, 4> wanted{per_px_, x0 - cx_, side_px,
                                        static_cast<double>(out.r.size())};
-    if (made_for != wanted) {
-      made_for = wanted;
+    auto found = std::ranges::find(kept, wanted, &Across::made_for);
+    const bool known = found != kept.end();
+    if (!known) found = kept.begin() + static_cast<std::ptrdiff_t>(oldest++ % kept.size());
+    std::vector<std::complex<double>>& across = found->wave;
+    if (!known) {
+      found->made_for = wanted;
       across.resize(out.r.size());
       for (std::size_t i = 0; i < across.size(); ++i) {
         across[i] = mean_of_chirp(x0 + static_cast<double>(i) * side_px - cx_, side_px);

@@ -7,8 +7,9 @@ namespace reseau::sim {
 #define RESEAU_SIM_INLINE __attribute__((always_inline))
 
 #if defined(__x86_64__)
-[[nodiscard]] inline bool has_wide_registers() {
-  static const bool has = __builtin_cpu_supports("avx2") != 0;
+// Of this processor; tests switch it off, while nothing renders.
+[[nodiscard]] inline bool& has_wide_registers() {
+  static bool has = __builtin_cpu_supports("avx2") != 0;
   return has;
 }
 template <typename Loop>

@@ -20,6 +20,10 @@ double off_axes_deg(double angle_deg) {
 Film::Edges edges_of(const FilmSpec& spec) {
   Film::Edges edges;
   if (spec.kind == FilmKind::kEmpty) return edges;
+  // Small frames consist of borders; they do without the last bit of speed.
+  constexpr double kSmallFrame = 3e5;
+  const double frame_px = 1.0 * spec.frame.width_px * spec.frame.height_px * spec.frame.n_frames;
+  if (frame_px < kSmallFrame) edges.fewest_cells = 8;
   edges.grainy = spec.emulsion.grain > 0;
   edges.spreads = spec.emulsion.spread_um > 0 || spec.emulsion.silver_spread_um > 0;
   if (spec.scene == SceneKind::kZone || spec.scene == SceneKind::kStar ||
@@ -27,16 +31,15 @@ Film::Edges edges_of(const FilmSpec& spec) {
     edges.contrast = 1;
   }
   if (spec.scene == SceneKind::kEdges || spec.scene == SceneKind::kRazor) {
-    edges.off_axes_deg = off_axes_deg(spec.edge_angle_deg);
-    edges.contrast = 1;
+    edges.scene_off_axes_deg = off_axes_deg(spec.edge_angle_deg);
+    edges.scene_contrast = 1;
   }
   if (spec.kind != FilmKind::kDufay) return edges;
-  // Light passes a gap undyed and exposes the film behind it.
-  if (spec.print.overlap_um < 0 && !spec.print.dark_gaps) edges.contrast = 1;
+  // Light passes a clear gap undyed and exposes the film behind it; a dark one has two edges.
+  if (spec.print.overlap_um < 0) edges.contrast = 1;
   const ScreenGradient g = PlacedScreen(spec).scan_gradient();
   const ScreenDescription screen = describe_screen(spec.screen);
-  // A tent is known across edges near the axes; where light spreads or a scene is finer than that,
-  // films are made of even cells.
+  // A tent is known across edges near the axes; where light spreads films are made of even cells.
   constexpr double kNearAxes = 35;
   double farthest = 0;
   for (const ScreenShape& shape : screen.shapes) {
@@ -53,7 +56,7 @@ Film::Edges edges_of(const FilmSpec& spec) {
     }
   }
   edges.tents = farthest < kNearAxes && edges.radius_px == 0 && !edges.spreads &&
-                (spec.scene == SceneKind::kChart || spec.scene == SceneKind::kNatural);
+                spec.scene != SceneKind::kRazor;
   return edges;
 }
 

@@ -18,6 +18,9 @@ constexpr float kPositive = 64;
 // Cells with a corner are divided so often along each side.
 constexpr int kFine = 4;
 constexpr float kWhole = 0.9999F;  // rounding left aside
+// Relative change of the lattice's gradient that the edges of a cell may ignore: near the axes of
+// the scan a ramp that is wrong by this much costs 1e-5 of the light.
+constexpr double kStraight = 0.004;
 
 float floor_of(float t) {  // t > -kPositive
   return static_cast<float>(static_cast<int>(t + kPositive)) - kPositive;
@@ -31,6 +34,21 @@ struct ElementPainter::Block {
   std::array<double, 17> u{}, v{};  // local, at pixels 0 … 16 (every node_px of them)
   // Cubic between nodes: value at t = (pixel - 4 j) / 4 of interval j.
   std::array<std::array<double, 4>, 4> cubic_u{}, cubic_v{};
+
+  // Place of pixel i + offset.
+  void at(int i, double offset, int node_px, float& at_u, float& at_v) const {
+    if (node_px == kBlockPx) {
+      const double t = (i + offset) / kBlockPx;
+      at_u = static_cast<float>(u[0] + t * (u[16] - u[0]));
+      at_v = static_cast<float>(v[0] + t * (v[16] - v[0]));
+      return;
+    }
+    const auto j = static_cast<std::size_t>(i / 4);
+    const double t = (i % 4 + offset) / 4;
+    const std::array<double, 4>&cu = cubic_u[j], &cv = cubic_v[j];
+    at_u = static_cast<float>(cu[0] + t * (cu[1] + t * (cu[2] + t * cu[3])));
+    at_v = static_cast<float>(cv[0] + t * (cv[1] + t * (cv[2] + t * cv[3])));
+  }
 };
 
 struct ElementPainter::Shape {
@@ -60,7 +78,10 @@ ElementPainter::ElementPainter(const FilmSpec& spec)
   // Straight over a block, within a thousandth of a pixel, or cubic between closer nodes.
   constexpr double kStraightPx = 1e-3;
   node_px_ = screen_.largest_curvature() * kBlockPx * kBlockPx / 8 < kStraightPx ? kBlockPx : 4;
-  strained_ = screen_.largest_strain() > 0.01;
+  strained_ = screen_.largest_strain() > kStraight;
+  for (const int width : {4, 2, 1}) {
+    if (screen_.largest_curvature() * strip_px_ / 2 > 2 * kStraight) strip_px_ = width;
+  }
   std::array<bool, kDyeSets> occurs{};
   occurs[std::size_t{1} << static_cast<unsigned>(description_.ground)] = true;
   for (const ScreenShape& shape : description_.shapes) {
@@ -383,6 +404,15 @@ void ElementPainter::divide(std::vector<Shape>& fine, const Block& block, float 
   for (std::size_t k = 0; k < sets_.size(); ++k) areas[k][cell] = sums[k] / weights;
 }
 
+ScreenGradient ElementPainter::gradient_at(double x, double y) const {
+  constexpr double kStep = 1.0;
+  const ScreenPoint l = screen_.screen_from_scan(x - kStep, y),
+                    r = screen_.screen_from_scan(x + kStep, y),
+                    b = screen_.screen_from_scan(x, y - kStep),
+                    a = screen_.screen_from_scan(x, y + kStep);
+  return {(r.u - l.u) / 2, (a.u - b.u) / 2, (r.v - l.v) / 2, (a.v - b.v) / 2};
+}
+
 void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRow& out,
                            bool tents) const {
   CHECK(first_px % kBlockPx == 0 && n_px % kBlockPx == 0 && per_px >= 1);
@@ -405,14 +435,31 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
   float areas[kDyeSets][kBlockPx];
   for (int px = 0; px < n_px; px += kBlockPx) {
     place(y, first_px + px, block);
-    if (strained_) {
-      const double x = first_px + px + kBlockPx / 2.0, step = 1.0;
-      const ScreenPoint l = screen_.screen_from_scan(x - step, y),
-                        r = screen_.screen_from_scan(x + step, y),
-                        b = screen_.screen_from_scan(x, y - step),
-                        a = screen_.screen_from_scan(x, y + step);
-      set_ramps({(r.u - l.u) / 2, (a.u - b.u) / 2, (r.v - l.v) / 2, (a.v - b.v) / 2});
+    if (strained_ && strip_px_ < kBlockPx) {
+      for (int strip = 0; strip < kBlockPx; strip += strip_px_) {
+        set_ramps(gradient_at(first_px + px + strip + (strip_px_ - 1) / 2.0, y));
+        const int n = strip_px_ * per_px;
+        for (int first = 0; first < n; first += kBlockPx) {
+          const auto pixel_of = [&](int k) { return strip + k % strip_px_; };
+          for (int k = 0; k < kBlockPx; ++k) {
+            const int at = std::min(first + k, n - 1);
+            const auto i = static_cast<std::size_t>(k);
+            block.at(pixel_of(at), cell_offset_px(at / strip_px_, per_px), node_px_, u[i], v[i]);
+          }
+          std::array<bool, kBlockPx> meet{};
+          paint(shapes, block, u.data(), v.data(), areas, divides ? meet.data() : nullptr);
+          for (int k = 0; k < std::min(kBlockPx, n - first); ++k) {
+            const auto i = static_cast<std::size_t>(k);
+            if (meet[i]) divide(fine, block, u[i], v[i], tents, i, areas);
+            for (int set = 0; set < n_sets; ++set) {
+              out.phase(set, (first + k) / strip_px_)[px + pixel_of(first + k)] = areas[set][k];
+            }
+          }
+        }
+      }
+      continue;
     }
+    if (strained_) set_ramps(gradient_at(first_px + px + (kBlockPx - 1) / 2.0, y));
     for (int s = 0; s < per_px; ++s) {
       const double offset = cell_offset_px(s, per_px);
       if (node_px_ == kBlockPx) {
@@ -425,12 +472,9 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
           v[i] = v0 + static_cast<float>(static_cast<int>(i)) * static_cast<float>(v_step);
         }
       } else {
-        for (std::size_t i = 0; i < kBlockPx; ++i) {
-          const auto& cu = block.cubic_u[i / 4];
-          const auto& cv = block.cubic_v[i / 4];
-          const double t = (static_cast<double>(i % 4) + offset) / 4;
-          u[i] = static_cast<float>(cu[0] + t * (cu[1] + t * (cu[2] + t * cu[3])));
-          v[i] = static_cast<float>(cv[0] + t * (cv[1] + t * (cv[2] + t * cv[3])));
+        for (int i = 0; i < kBlockPx; ++i) {
+          const auto k = static_cast<std::size_t>(i);
+          block.at(i, offset, node_px_, u[k], v[k]);
         }
       }
       std::array<bool, kBlockPx> meet{};

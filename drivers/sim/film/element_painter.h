@@ -37,6 +37,7 @@ class ElementPainter {
   [[nodiscard]] int between(int set, int bit) const;
   struct Shape;
   struct Cover;
+  [[nodiscard]] ScreenGradient gradient_at(double x, double y) const;
   void place(double y, int first_px, Block& block) const;
   void ramps(const ScreenGradient& g, double cell_px, bool tents, std::vector<Shape>& shapes) const;
   void cover(Shape& shape, const Block& block, const float* u, const float* v, Cover& out) const;
@@ -59,9 +60,10 @@ class ElementPainter {
   std::uint64_t seed_;
   std::vector<int> sets_;
   std::array<int, 9> slot_of_set_{};
-  bool errors_;    // of printing
-  int node_px_;    // distance between exactly placed points
-  bool strained_;  // so much that edges change their direction within the frame
+  bool errors_;        // of printing
+  int node_px_;        // distance between exactly placed points
+  bool strained_;      // so much that edges change their direction within the frame
+  int strip_px_ = 16;  // of pixels over which they do not
 };
 
 }  // namespace reseau::sim

@@ -62,12 +62,47 @@ const LightRows::Made& LightRows::made(std::int64_t row) {
   if (film_->silver.spreads()) {
     film_->silver.field(y, first_px, n_px, per_px, made.silver);
   } else {
-    film_->silver.behind_sets(y, first_px, n_px, per_px, made.silver);
+    film_->silver.behind_sets(y, first_px, n_px, per_px, made.silver, tents);
   }
   if (film_->painter != nullptr) {
     film_->silver.areas(y, first_px, n_px, per_px, made.areas, tents);
   }
   return made;
+}
+
+// Specks are hardly wider than a few cells and their middles and edges are sharp: cells take the
+// mean of four places with the variance of a cell.
+bool LightRows::harm(double y, double x, double step, Texture& t) {
+  const auto n = static_cast<std::size_t>(cells_.n_px) * static_cast<std::size_t>(cells_.per_px);
+  const double off = std::sqrt(static_cast<double>(variance_of(cells_)));
+  point_[0].resize(n);
+  point_[1].resize(n);
+  float whole_before = 0;
+  bool harmed = false;
+  for (int k = 0; k < (coarse_ ? 4 : 1); ++k) {
+    const float share = coarse_ ? 0.25F : 1.0F;
+    const double down = !coarse_ ? 0.0 : k < 2 ? -off : off;
+    const double across = !coarse_ ? 0.0 : k % 2 == 0 ? -off : off;
+    const bool here = film_->damage.local(y + down / cells_.per_px, x + across * step, step,
+                                          {point_[0], point_[1]});
+    if (here && !harmed) {
+      t.whole.assign(n, whole_before);
+      t.bared.assign(n, 0.0F);
+      harmed = true;
+    }
+    whole_before += share;
+    if (!harmed) continue;
+    const float *const lets = point_[0].data(), *const bared = point_[1].data();
+    float *const whole = t.whole.data(), *const gone = t.bared.data();
+    widest([&]() RESEAU_SIM_INLINE {
+      float* __restrict const to_whole = whole, * __restrict const to_bared = gone;
+      for (std::size_t i = 0; i < n; ++i) {
+        to_whole[i] += share * (here ? lets[i] * (1 - bared[i]) : 1.0F);
+        to_bared[i] += share * (here ? lets[i] * bared[i] : 0.0F);
+      }
+    });
+  }
+  return harmed;
 }
 
 const LightRows::Texture& LightRows::texture(std::int64_t row) {
@@ -78,19 +113,7 @@ const LightRows::Texture& LightRows::texture(std::int64_t row) {
   const double y = height_of(row), step = (film_->mirrored ? -1.0 : 1.0) / cells_.per_px;
   const double first = cells_.first_px + cell_offset_px(0, cells_.per_px);
   const double x = film_->strip.film_from_scan(first, y).x;
-  t.harmed = false;
-  if (harm_ && film_->damage.has_local()) {
-    t.whole.resize(n);
-    t.bared.resize(n);
-    t.harmed = film_->damage.local(y, x, step, {t.whole, t.bared});
-  }
-  if (t.harmed) {
-    for (std::size_t i = 0; i < n; ++i) {
-      const float lets = t.whole[i];
-      t.whole[i] = lets * (1 - t.bared[i]);
-      t.bared[i] *= lets;
-    }
-  }
+  t.harmed = harm_ && film_->damage.has_local() && harm(y, x, step, t);
   if (!film_->grain.is_off()) {
     t.grain.resize(n);
     film_->grain.texture(y, x, step, t.grain);
@@ -105,31 +128,22 @@ const LightRows::Texture& LightRows::texture(std::int64_t row) {
 // scratch bares b: T w + g(T) (m w) + b. T changes slowly against these; their means are taken.
 void LightRows::apply_texture(std::int64_t row, PlaneRow& silver) {
   const Texture& here = texture(row);
-  const Texture* const above = coarse_ ? &texture(row - 1) : &here;
-  const Texture* const below = coarse_ ? &texture(row + 1) : &here;
-  const bool harmed = here.harmed || above->harmed || below->harmed;
+  const bool harmed = here.harmed;
   const bool grainy = !film_->grain.is_off();
+  const Texture* const above = grainy && coarse_ ? &texture(row - 1) : &here;
+  const Texture* const below = grainy && coarse_ ? &texture(row + 1) : &here;
   const auto n_px = static_cast<std::size_t>(cells_.n_px);
   const auto per_px = static_cast<std::size_t>(cells_.per_px);
   const auto n = n_px * per_px;
-  const auto mean = [&](std::vector<float> Texture::*of, bool one_if_whole,
-                        std::vector<float>& out) {
-    bare_.assign(n, one_if_whole ? 1.0F : 0.0F);
-    const bool always = of == &Texture::grain;
-    const auto values = [&](const Texture& t) {
-      return always || t.harmed ? (t.*of).data() : bare_.data();
-    };
-    if (coarse_) {
-      means_of(values(*above), values(here), values(*below), n_px, per_px, variance_of(cells_),
-               out);
-    } else {
-      by_phases(values(here), n_px, per_px, out);
-    }
-  };
-  if (grainy) mean(&Texture::grain, false, means_[0]);
+  if (grainy && coarse_) {
+    means_of(above->grain.data(), here.grain.data(), below->grain.data(), n_px, per_px,
+             variance_of(cells_), means_[0]);
+  } else if (grainy) {
+    by_phases(here.grain.data(), n_px, per_px, means_[0]);
+  }
   if (harmed) {
-    mean(&Texture::whole, true, means_[1]);
-    mean(&Texture::bared, false, means_[2]);
+    by_phases(here.whole.data(), n_px, per_px, means_[1]);
+    by_phases(here.bared.data(), n_px, per_px, means_[2]);
   }
   if (!grainy && !harmed) return;
   const int n_planes = film_->silver.spreads() || film_->painter == nullptr

@@ -42,8 +42,8 @@ class LightRows {
   const PlaneRow& row(const FilmLayers& film, double y, const CellRange& cells, bool harm);
 
  private:
-  // At the middles of cells: grain x what harm lets through of it, that alone, and what a scratch
-  // has bared.
+  // At the middles of cells: grain x what harm lets through of it. Means over cells: that alone,
+  // and what a scratch has bared.
   struct Texture {
     std::int64_t row = INT64_MIN;
     bool harmed = false;
@@ -62,6 +62,8 @@ class LightRows {
   }
   const Made& made(std::int64_t row);
   const Texture& texture(std::int64_t row);
+  // Whole and bared parts of cells from film position x on, a step apart; false if all are whole.
+  bool harm(double y, double x, double step, Texture& t);
   const Finished& finished(std::int64_t row);
   void bend_across(const PlaneRow& silver, int n_planes, PlaneRow& to) const;
   void apply_texture(std::int64_t row, PlaneRow& silver);
@@ -75,7 +77,7 @@ class LightRows {
   std::array<Texture, 4> textures_;
   std::array<Finished, 4> finished_;
   PlaneRow light_;
-  std::vector<float> depth_, means_[3], bare_;
+  std::vector<float> depth_, means_[3], point_[2];
 };
 
 }  // namespace reseau::sim

@@ -110,7 +110,7 @@ double PlacedScreen::largest_strain() const {
   const double warp = 2 * std::numbers::pi / deform_.warp_length_px;
   return std::abs(spec_.bend_px) * bend + std::abs(deform_.warp_px) * warp +
          2 * (std::abs(deform_.perspective_x) + std::abs(deform_.perspective_y)) +
-         3 * std::abs(deform_.radial);
+         3 * std::abs(deform_.radial) + std::hypot(1.0, 2 * curl_px_ / half_width_) - 1;
 }
 
 }  // namespace reseau::sim

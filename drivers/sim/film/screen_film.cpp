@@ -22,8 +22,8 @@ DyeSpec faded_dyes(DyeSpec dyes) {
   return dyes;
 }
 
-constexpr int kMostLevels = 3;        // of cells divided by 2 along each side
-constexpr double kWholeCells = 0.54;  // cycles per px of a scene that cells hold as they are
+constexpr int kMostLevels = 3;         // of cells divided by 2 along each side
+constexpr int kMostLevelsOfTents = 2;  // divided by 3
 
 std::uint64_t next_film() {
   static std::atomic<std::uint64_t> last{0};
@@ -52,14 +52,9 @@ ScreenFilm::ScreenFilm(const FilmSpec& spec)
       edges_(edges_of(spec)),
       id_(next_film()) {
   CHECK(spec.kind != FilmKind::kEmpty);
-  if (!silver_.spreads() || !strip_.has_fine_detail()) return;
-  constexpr int kPlaces = 9, kMostSpread = 2;
-  for (int j = 0; j < kPlaces; ++j) {
-    const double y = (spec.frame.height_px - 1.0) * j / (kPlaces - 1);
-    for (int px = 0; px < spec.frame.width_px; px += kBlockPx) {
-      spread_level_ = std::min(std::max(spread_level_, level_at(y, px)), kMostSpread);
-    }
-  }
+  // What elements and silver change together is taken from the cells around.
+  const bool small = edges_.fewest_cells > 0, gaps = spec.print.overlap_um < 0;
+  edges_.fewest_tents = gaps ? 12 : small && damage_.has_local() ? 10 : 8;
 }
 
 double ScreenFilm::height_um(double x, double /*y*/) const { return screen_.height_um(x); }
@@ -101,47 +96,89 @@ void ScreenFilm::render(double y, int level, bool harm, CellRow& out) const {
       rows, out);
 }
 
-int ScreenFilm::level_at(double y, int px) const {
-  const double finest = strip_.finest_cy_per_px(y, px - 0.5, px + kBlockPx - 0.5);
+int ScreenFilm::level_at(double y, int px, const CellRow& cells) const {
+  const double x0 = px - 0.5, x1 = x0 + kBlockPx;
+  const int most = cells.tents() ? kMostLevelsOfTents : kMostLevels;
+  const int parts = cells.tents() ? 3 : 2;
+  // Steps lie within cells of any size.
+  const int steps_at = strip_.has_steps() ? FilmStrip::kWholeCellsAt : cells.per_px();
+  double whole = FilmStrip::kWholeCells * steps_at / FilmStrip::kWholeCellsAt;
+  const double finest = strip_.finest_cy_per_px(y, x0, x1);
   int level = 0;
-  while (level < kMostLevels && finest > kWholeCells * (1 << level)) ++level;
-  return level;
+  for (; level < most && finest > whole; ++level) whole *= parts;
+  // The ends of border and rebate are steeper than any scene; tents are exact enough.
+  const bool steep = !cells.tents() && cells.per_px() <= FilmStrip::kWholeCellsAt;
+  return steep && strip_.near_frame(y, x0, x1) ? std::max(level, 1) : level;
 }
 
 void ScreenFilm::render_divided(double y, bool harm, CellRow& out) const {
   const int per_px = out.per_px();
-  // Maps of stray light need no more than their cells.
-  const bool divides = strip_.has_fine_detail() && per_px > 2 && painter_ != nullptr;
-  // Rows of light that spreads are made once, the others are divided where they have to be.
-  if (!divides || spread_level_ == 0) render(y, 0, harm, out);
+  // Maps of stray light need no more than their cells. Silver that spreads is smooth, and its layer
+  // divides the exposure.
+  const bool divides = per_px > 2 && painter_ != nullptr && !silver_.spreads();
+  render(y, 0, harm, out);
   if (!divides || !strip_.on_film(y)) return;
-  const auto level_of = [&](int block) {
-    return silver_.spreads() ? spread_level_ : level_at(y, out.first_px() + block);
-  };
+  const auto level_of = [&](int block) { return level_at(y, out.first_px() + block, out); };
   for (int begin = 0; begin < out.n_px();) {
     const int level = level_of(begin);
     int end = begin + kBlockPx;
     while (end < out.n_px() && level_of(end) == level) end += kBlockPx;
-    if (level > 0) {
-      const int parts = 1 << level;
-      CellRow& fine = rows_of_thread(level).fine;
-      fine.resize(out.first_px() + begin, end - begin, per_px * parts);
-      const auto share = static_cast<float>(1.0 / (parts * parts));
-      for (int j = 0; j < parts; ++j) {
-        render(y + ((j + 0.5) / parts - 0.5) / per_px, level, harm, fine);
-        for (int c = 0; c < kChannels; ++c) {
-          for (int s = 0; s < per_px; ++s) {
-            float* const to = out.phase(c, s) + begin;
-            if (j == 0) std::fill_n(to, end - begin, 0.0F);
-            for (int k = 0; k < parts; ++k) {
-              const float* const from = fine.phase(c, s * parts + k);
-              for (int i = 0; i < end - begin; ++i) to[i] += share * from[i];
-            }
-          }
+    if (level > 0 && out.tents()) {
+      divide_tents(y, level, harm, begin, end, out);
+    } else if (level > 0) {
+      divide_even(y, level, harm, begin, end, out);
+    }
+    begin = end;
+  }
+}
+
+void ScreenFilm::divide_even(double y, int level, bool harm, int begin, int end,
+                             CellRow& out) const {
+  const int per_px = out.per_px(), parts = 1 << level;
+  CellRow& fine = rows_of_thread(level).fine;
+  fine.set_tents(false);
+  fine.resize(out.first_px() + begin, end - begin, per_px * parts);
+  const auto share = static_cast<float>(1.0 / (parts * parts));
+  for (int j = 0; j < parts; ++j) {
+    render(y + ((j + 0.5) / parts - 0.5) / per_px, level, harm, fine);
+    for (int c = 0; c < kChannels; ++c) {
+      for (int s = 0; s < per_px; ++s) {
+        float* const to = out.phase(c, s) + begin;
+        if (j == 0) std::fill_n(to, end - begin, 0.0F);
+        for (int k = 0; k < parts; ++k) {
+          const float* const from = fine.phase(c, s * parts + k);
+          for (int i = 0; i < end - begin; ++i) to[i] += share * from[i];
         }
       }
     }
-    begin = end;
+  }
+}
+
+// A tent is a sum of tents of a third of its side, with weights 1 2 3 2 1.
+void ScreenFilm::divide_tents(double y, int level, bool harm, int begin, int end,
+                              CellRow& out) const {
+  const int parts = level == 1 ? 3 : 9, fine_per_px = out.per_px() * parts;
+  CellRow& fine = rows_of_thread(level).fine;
+  fine.set_tents(true);
+  fine.resize(out.first_px() + begin - kBlockPx, end - begin + 2 * kBlockPx, fine_per_px);
+  const auto weight = [parts](int from_middle) {
+    return static_cast<float>(parts - std::abs(from_middle)) / static_cast<float>(parts * parts);
+  };
+  for (int j = 1 - parts; j < parts; ++j) {
+    render(y + static_cast<double>(j) / fine_per_px, level, harm, fine);
+    for (int c = 0; c < kChannels; ++c) {
+      for (int s = 0; s < out.per_px(); ++s) {
+        float* const to = out.phase(c, s) + begin;
+        if (j == 1 - parts) std::fill_n(to, end - begin, 0.0F);
+        for (int k = 1 - parts; k < parts; ++k) {
+          const int at = s * parts + (parts - 1) / 2 + k;
+          const int carry = at < 0 ? -1 : at >= fine_per_px ? 1 : 0;
+          const float* const from = fine.phase(c, at - carry * fine_per_px) + kBlockPx + carry;
+          const float share = weight(j) * weight(k);
+          for (int i = 0; i < end - begin; ++i) to[i] += share * from[i];
+        }
+      }
+    }
   }
 }
 

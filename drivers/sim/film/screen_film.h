@@ -46,8 +46,11 @@ class ScreenFilm final : public Film {
   void render(double y, int level, bool harm, CellRow& out) const;
   // The same, cells divided where the scene is too fine for them.
   void render_divided(double y, bool harm, CellRow& out) const;
+  // Of the pixels from begin to end of the row.
+  void divide_even(double y, int level, bool harm, int begin, int end, CellRow& out) const;
+  void divide_tents(double y, int level, bool harm, int begin, int end, CellRow& out) const;
   // How often, in the block of pixels from px on.
-  [[nodiscard]] int level_at(double y, int px) const;
+  [[nodiscard]] int level_at(double y, int px, const CellRow& cells) const;
   void mix(double y, const PlaneRow& light, Rows& rows, CellRow& out) const;
   void apply_stains(double y, Rows& rows, CellRow& out) const;
   void apply_film_edge(CellRow& out) const;
@@ -65,8 +68,7 @@ class ScreenFilm final : public Film {
   Grain grain_;
   Damage damage_;
   Edges edges_;
-  int spread_level_ = 0;  // of all cells where the light of fine scenes spreads in the emulsion
-  std::uint64_t id_;      // of this film among all that ever were
+  std::uint64_t id_;  // of this film among all that ever were
 };
 
 }  // namespace reseau::sim

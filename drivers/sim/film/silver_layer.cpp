@@ -13,6 +13,7 @@
 namespace reseau::sim {
 namespace {
 
+constexpr int kMostParts = 4;   // of a cell, along each side
 constexpr double kReach = 4.0;  // of a Gaussian, in standard deviations
 
 // Luminance of Rec. 601, as black-and-white film without a filter roughly sees it.
@@ -85,9 +86,19 @@ SilverLayer::SilverLayer(const FilmSpec& spec, const FilmStrip& strip,
       light_px_(spec.emulsion.spread_um / spec.frame.pixel_um),
       silver_px_(spec.emulsion.silver_spread_um / spec.frame.pixel_um),
       reach_px_(kReach * (light_px_ + silver_px_)),
-      id_(next_id()) {}
+      id_(next_id()) {
+  if (!spreads() || painter == nullptr || !strip.has_fine_detail()) return;
+  constexpr int kPlaces = 9;
+  for (int j = 0; j < kPlaces; ++j) {
+    const double y = (spec.frame.height_px - 1.0) * j / (kPlaces - 1);
+    for (int px = 0; px < spec.frame.width_px; px += kBlockPx) {
+      finest_ = std::max(finest_, strip.finest_cy_per_px(y, px - 0.5, px + kBlockPx - 0.5));
+    }
+  }
+}
 
-const PlaneRow& SilverLayer::painted(double y, int first_px, int n_px, int per_px) const {
+const PlaneRow* SilverLayer::painted(double y, int first_px, int n_px, int per_px) const {
+  if (painter_ == nullptr) return nullptr;
   Painted& rows = painted_of_thread();
   const auto n_slots = static_cast<std::int64_t>(std::ceil(2 * reach_px_ * per_px)) + 4;
   if (rows.id != id_ || rows.first_px != first_px || rows.n_px != n_px || rows.per_px != per_px ||
@@ -105,7 +116,7 @@ const PlaneRow& SilverLayer::painted(double y, int first_px, int n_px, int per_p
     painter_->areas(y, first_px, n_px, per_px, rows.slots[slot]);
     rows.row_in_slot[slot] = j;
   }
-  return rows.slots[slot];
+  return &rows.slots[slot];
 }
 
 void SilverLayer::areas(double y, int first_px, int n_px, int per_px, PlaneRow& out,
@@ -132,15 +143,32 @@ void SilverLayer::areas(double y, int first_px, int n_px, int per_px, PlaneRow& 
   painter_->areas(y, first_px, n_px, per_px, out, tents);
 }
 
-void SilverLayer::exposure_behind_sets(double y, int first_px, int n_px, int per_px,
-                                       PlaneRow& out) const {
+void SilverLayer::exposure_behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out,
+                                       bool tents) const {
   // Exposures behind red, green and blue, cell by cell in the order of the place.
   thread_local std::vector<float> scratch;
   const auto n = static_cast<std::size_t>(n_px) * static_cast<std::size_t>(per_px);
   scratch.resize(3 * n);
   const std::array<float*, 3> rgb{scratch.data(), scratch.data() + n, scratch.data() + 2 * n};
-  strip_.exposure_cells(y, first_px + cell_offset_px(0, per_px), 1.0 / per_px,
-                        {{rgb[0], n}, {rgb[1], n}, {rgb[2], n}});
+  const double x0 = first_px + cell_offset_px(0, per_px), side = 1.0 / per_px;
+  const auto expose = [&](double to_y, double to_x, const std::array<float*, 3>& to) {
+    strip_.exposure_cells(y + to_y, x0 + to_x, side, {{to[0], n}, {to[1], n}, {to[2], n}});
+  };
+  if (tents && strip_.has_fine_detail()) {
+    // A tent is the mean of the even cells around: of four, by Gauss's rule.
+    const double off = side * std::sqrt(1.0 / 12);
+    thread_local std::vector<float> even;
+    even.resize(3 * n);
+    std::ranges::fill(scratch, 0.0F);
+    for (const double down : {-off, off}) {
+      for (const double across : {-off, off}) {
+        expose(down, across, {even.data(), even.data() + n, even.data() + 2 * n});
+        for (std::size_t i = 0; i < 3 * n; ++i) scratch[i] += 0.25F * even[i];
+      }
+    }
+  } else {
+    expose(0, 0, rgb);
+  }
   const std::size_t n_planes = painter_ == nullptr ? 1 : painter_->sets().size();
   out.resize(first_px, n_px, per_px, static_cast<int>(n_planes));
   for (std::size_t k = 0; k < n_planes; ++k) {
@@ -169,8 +197,9 @@ void SilverLayer::exposure_behind_sets(double y, int first_px, int n_px, int per
   }
 }
 
-void SilverLayer::behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out) const {
-  exposure_behind_sets(y, first_px, n_px, per_px, out);
+void SilverLayer::behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out,
+                              bool tents) const {
+  exposure_behind_sets(y, first_px, n_px, per_px, out, tents);
   const std::size_t n_planes = painter_ == nullptr ? 1 : painter_->sets().size();
   const bool identity = strip_.hd_curve().is_identity();
   for (std::size_t k = 0; k < n_planes; ++k) {
@@ -183,13 +212,50 @@ void SilverLayer::behind_sets(double y, int first_px, int n_px, int per_px, Plan
   }
 }
 
+int SilverLayer::parts_of(int per_px) const {
+  int parts = 1;
+  while (parts < kMostParts &&
+         finest_ * FilmStrip::kWholeCellsAt > FilmStrip::kWholeCells * per_px * parts)
+    parts *= 2;
+  return per_px > 2 ? parts : 1;
+}
+
 void SilverLayer::exposure_row(double y, int first_px, int n_px, int per_px,
                                std::vector<float>& out) const {
+  const int parts = parts_of(per_px);
+  const bool curve_first = light_px_ == 0;
+  if (parts == 1) {
+    exposure_as_is(y, first_px, n_px, per_px, painted(y, first_px, n_px, per_px), out);
+    if (curve_first) apply_curve(out);
+    return;
+  }
+  // What lies behind an element changes within the cell: means of its parts.
+  thread_local std::vector<float> fine;
+  thread_local PlaneRow areas;
+  const auto n = static_cast<std::size_t>(n_px) * static_cast<std::size_t>(per_px);
+  const auto n_parts = static_cast<std::size_t>(parts);
+  const auto share = static_cast<float>(1.0 / (parts * parts));
+  out.assign(n, 0.0F);
+  for (int j = 0; j < parts; ++j) {
+    const double at = y + ((j + 0.5) / parts - 0.5) / per_px;
+    if (painter_ != nullptr) painter_->areas(at, first_px, n_px, per_px * parts, areas);
+    exposure_as_is(at, first_px, n_px, per_px * parts, painter_ == nullptr ? nullptr : &areas,
+                   fine);
+    if (curve_first) apply_curve(fine);
+    for (std::size_t i = 0; i < n; ++i) {
+      float sum = 0;
+      for (std::size_t k = 0; k < n_parts; ++k) sum += fine[i * n_parts + k];
+      out[i] += share * sum;
+    }
+  }
+}
+
+void SilverLayer::exposure_as_is(double y, int first_px, int n_px, int per_px,
+                                 const PlaneRow* areas, std::vector<float>& out) const {
   thread_local PlaneRow exposure;
   exposure_behind_sets(y, first_px, n_px, per_px, exposure);
   const auto n = static_cast<std::size_t>(n_px), per = static_cast<std::size_t>(per_px);
   out.assign(n * per, 0.0F);
-  const PlaneRow* const areas = painter_ == nullptr ? nullptr : &painted(y, first_px, n_px, per_px);
   const std::size_t n_planes = painter_ == nullptr ? 1 : painter_->sets().size();
   for (std::size_t k = 0; k < n_planes; ++k) {
     for (std::size_t s = 0; s < per; ++s) {
@@ -203,16 +269,20 @@ void SilverLayer::exposure_row(double y, int first_px, int n_px, int per_px,
   }
 }
 
+void SilverLayer::apply_curve(std::vector<float>& exposure) const {
+  strip_.hd_curve().apply(exposure);
+  if (strip_.hd_curve().is_identity()) {
+    for (float& t : exposure) t = std::min(t, 1.0F);
+  }
+}
+
 void SilverLayer::silver_row(double y, int first_px, int n_px, int per_px,
                              std::vector<float>& out) const {
   if (light_px_ > 0) {
     blurred(Stage::kExposure, light_px_, y, first_px, n_px, per_px, out);
+    apply_curve(out);
   } else {
     exposure_row(y, first_px, n_px, per_px, out);
-  }
-  strip_.hd_curve().apply(out);
-  if (strip_.hd_curve().is_identity()) {
-    for (float& t : out) t = std::min(t, 1.0F);
   }
 }
 

@@ -22,7 +22,8 @@ class SilverLayer {
   [[nodiscard]] bool spreads() const { return light_px_ > 0 || silver_px_ > 0; }
 
   // Silver transmittance of each cell behind painter->sets()[plane]; of one plane without painter.
-  void behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
+  // tents (CellRow): means over them of a scene with fine detail; others are known at the middles.
+  void behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out, bool tents) const;
   // spreads(): silver transmittance of each cell, one plane.
   void field(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
 
@@ -34,10 +35,18 @@ class SilverLayer {
   struct Ring;
   struct Painted;
   static Painted& painted_of_thread();
-  const PlaneRow& painted(double y, int first_px, int n_px, int per_px) const;
-  void exposure_behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out) const;
-  // Mean exposure of every cell of a row through whatever lies over it.
+  // Null without a painter.
+  const PlaneRow* painted(double y, int first_px, int n_px, int per_px) const;
+  void exposure_behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out,
+                            bool tents = false) const;
+  // Parts of a cell along each side in which a fine scene is exposed.
+  [[nodiscard]] int parts_of(int per_px) const;
+  // Mean over every cell of a row of the exposure through whatever lies over it; of the silver
+  // where light does not spread.
   void exposure_row(double y, int first_px, int n_px, int per_px, std::vector<float>& out) const;
+  void exposure_as_is(double y, int first_px, int n_px, int per_px, const PlaneRow* areas,
+                      std::vector<float>& out) const;
+  void apply_curve(std::vector<float>& exposure) const;
   // A field at height y, blurred by sigma_px, from rows of `stage` at the grid of cells.
   void blurred(Stage stage, double sigma_px, double y, int first_px, int n_px, int per_px,
                std::vector<float>& out) const;
@@ -49,6 +58,7 @@ class SilverLayer {
   Taking taking_;
   double light_px_, silver_px_;  // standard deviations
   double reach_px_;              // of both spreads
+  double finest_ = 0;            // of the scene [cycles/px], where it is divided
   std::uint64_t id_;             // of this layer among all that ever were
 };
 
