@@ -145,7 +145,7 @@ bool scan_gate(Scanner& scanner, const ScanRequest& base, Work& work, std::vecto
   const ScanPlan whole = plan_of(scanner, request, work.reporter, false);
   const double mm_y = kMmPerInch / whole.format.y_dpi;
   const int lines = std::min(kGateLines, whole.format.n_lines);
-  request.area.top_mm = base.area.top_mm.value_or(0) + (whole.format.n_lines - lines) / 2 * mm_y;
+  request.area.top_mm = base.area.top_mm.value_or(0) + 0.5 * (whole.format.n_lines - lines) * mm_y;
   request.area.height_mm = lines * mm_y;
   auto scan = scan_to_memory(scanner, plan_of(scanner, request, work.reporter, false), work);
   if (!scan) return false;
