@@ -54,7 +54,7 @@ void DevelopChoice::add_to(CLI::App& app) {
          "Take back the blur of the silver before its elements are looked at: none, "
          "wiener, richardson-lucy\n(which stops when noise has doubled, after 10 iterations "
          "at most), or auto (default): wiener before\n'joint' where all of the frame is "
-         "softer than 1.2 px")
+         "softer than 1.2 px, with little noise")
       ->check(CLI::IsMember({"auto", "none", "wiener", "richardson-lucy"}))
       ->group(group);
   app.add_option("--white", white_level,

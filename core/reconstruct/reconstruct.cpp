@@ -32,6 +32,8 @@ constexpr double kLeastAlternation = 0.01;
 // What detail kernels take for the place of a colour's light is too rough under a blur above this;
 // they do better on silver that was sharpened (reseau bench reconstruction).
 constexpr double kSoftBlurPx = 1.2;
+// With more noise over the light than this, grain is sharpened with the picture.
+constexpr double kLittleNoise = 0.02;
 // Noise over the light: what the model of the réseau leaves unexplained however little there is;
 // and where a picture drowns.
 constexpr double kLeastNoise = 0.002, kMostNoise = 0.5;
@@ -211,8 +213,9 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   const Demosaic demosaic = demosaic_of(options.quality, options.demosaic);
   const double noise_ratio = std::clamp(sharpness.noise_ratio, kLeastNoise, kMostNoise);
   report.deconvolution = options.deconvolution.value_or(
-      demosaic == Demosaic::kJoint && range[0] >= kSoftBlurPx ? Deconvolution::kWiener
-                                                              : Deconvolution::kNone);
+      demosaic == Demosaic::kJoint && range[0] >= kSoftBlurPx && noise_ratio <= kLittleNoise
+          ? Deconvolution::kWiener
+          : Deconvolution::kNone);
   std::optional<BlurLevels> levels;
   with_threads(options.n_threads, [&] {
     levels.emplace(pattern,
