@@ -19,7 +19,7 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-constexpr double kNoise = 0.004, kDark = 0.01, kShading = 0.08;
+constexpr double kNoise = 0.004, kDark = 0.01;
 
 // As reseau(), with the time that a whole calibration takes on a busy machine.
 ProcessResult calibrate(const std::vector<std::string>& arguments, const ProcessOptions& options) {
