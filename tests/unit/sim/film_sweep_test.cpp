@@ -128,33 +128,48 @@ std::string any_film(std::mt19937& lots) {
 }
 
 // What a rendering says of itself is not less than what it errs by, against cells three times as
-// fine in a place that was not looked at, and not more than a ten-thousandth.
+// fine in a place that was not looked at, which is not more than a ten-thousandth; nor is what it
+// says but for some films near the axes (OPTICS.md).
+void expect_honest(const std::string& settings, std::mt19937& lots, double most_said = 1e-4) {
+  const SimSpec spec =
+      parse_sim_spec("ls5000?width_px=160&height_px=120&border_px=0&optics=coolscan&" + settings);
+  const ScanWindow frame = frame_window(spec);
+  const std::shared_ptr<const Film> film = make_film(spec.film);
+  const RenderError said =
+      estimate_error(film, spec.optics, frame, geometry_of(spec, spec.sensor), 3);
+  ScanWindow window = frame;
+  window.x_px += static_cast<int>(lots() % 140);
+  window.y_px += static_cast<int>(lots() % 118);
+  window.width_px = 16;
+  window.n_lines = 2;
+  const std::vector<float> used = rendered(spec, window, 0, 1);
+  const std::vector<float> finest = rendered(spec, window, 3 * said.cells_per_px, 6);
+  double largest = 0;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    largest = std::max(largest, std::abs(static_cast<double>(used[i]) - finest[i]));
+  }
+  std::printf("%-110s %2d cells: true %.1e, said %.1e\n", settings.c_str(), said.cells_per_px,
+              largest, said.largest);
+  EXPECT_LE(largest, said.largest) << settings;
+  EXPECT_LE(largest, 1e-4) << settings;
+  EXPECT_LE(said.largest, most_said) << settings;
+}
+
 TEST(FilmSweep, TheEstimateIsHonest) {
-  constexpr int kFilms = 8;
+  std::mt19937 lots(7);
+  for (const char* settings :
+       {"angle=0&scene=natural", "angle=3&grain=0.1&dust=900", "angle=90&overlap_um=2",
+        "angle=67&halo=0.1&focus_um=60&overlap_um=-2", "angle=33&warp_px=3&warp_length_px=150"}) {
+    expect_honest(settings, lots);
+  }
+}
+
+TEST(FilmSweep, TheEstimateIsHonestOfFilmsByLot) {
+  constexpr int kFilms = 14;
   std::mt19937 lots(20261130);
   for (int k = 0; k < kFilms; ++k) {
     const std::string settings = any_film(lots);
-    const SimSpec spec =
-        parse_sim_spec("ls5000?width_px=160&height_px=120&border_px=0&optics=coolscan&" + settings);
-    const ScanWindow frame = frame_window(spec);
-    const std::shared_ptr<const Film> film = make_film(spec.film);
-    const RenderError said =
-        estimate_error(film, spec.optics, frame, geometry_of(spec, spec.sensor), 3);
-    ScanWindow window = frame;
-    window.x_px += static_cast<int>(lots() % 140);
-    window.y_px += static_cast<int>(lots() % 118);
-    window.width_px = 16;
-    window.n_lines = 2;
-    const std::vector<float> used = rendered(spec, window, 0, 1);
-    const std::vector<float> finest = rendered(spec, window, 3 * said.cells_per_px, 6);
-    double largest = 0;
-    for (std::size_t i = 0; i < used.size(); ++i) {
-      largest = std::max(largest, std::abs(static_cast<double>(used[i]) - finest[i]));
-    }
-    std::printf("%-110s %2d cells: true %.1e, said %.1e\n", settings.c_str(), said.cells_per_px,
-                largest, said.largest);
-    EXPECT_LE(largest, said.largest) << settings;
-    EXPECT_LE(said.largest, 1e-4) << settings;
+    expect_honest(settings, lots, 1.5e-4);
   }
 }
 
