@@ -154,8 +154,10 @@ void put_records(const Profile& profile, std::size_t channel, Json& to) {
 void get_records(const Fields& from, std::size_t channel, Profile& profile) {
   if (const auto gate = from.object("gate")) profile.gate[channel] = gate_from(*gate);
   if (const auto focus = from.object("focus")) profile.focus[channel] = focus_from(*focus);
-  if (const auto sd = measured_in(from, "offset_sd_px")) {
-    profile.offset_sd_px[channel] = OffsetSd{sd->value, sd->sd};
+  if (from.has("offset_sd_px")) {
+    const auto xy = from.numbers("offset_sd_px");
+    if (xy.size() != 2) throw from.error("offset_sd_px", "must hold those of x and y");
+    profile.offset_sd_px[channel] = OffsetSd{xy[0], xy[1]};
   }
 }
 

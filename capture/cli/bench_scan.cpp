@@ -16,6 +16,21 @@
 #include "core/line/line_block.h"
 
 namespace reseau::cli {
+namespace {
+
+// However the scan is left, the unit is idle afterwards.
+class StopAtEnd {
+ public:
+  explicit StopAtEnd(Scanner& scanner) : scanner_(scanner) {}
+  ~StopAtEnd() { scanner_.stop(); }
+  StopAtEnd(const StopAtEnd&) = delete;
+  StopAtEnd& operator=(const StopAtEnd&) = delete;
+
+ private:
+  Scanner& scanner_;
+};
+
+}  // namespace
 
 std::string device_with(const std::string& name, const std::string& target, bool replace) {
   if (!name.starts_with("sim:")) return name;
@@ -58,10 +73,8 @@ bool scan_to_file(Scanner& scanner, const ScanPlan& plan, const std::string& dev
 
 std::optional<BenchScan> scan_to_memory(Scanner& scanner, const ScanPlan& plan, Work& work) {
   ScanTalk talk(work.reporter);
-  if (!scanner.start(plan, talk, work.signals.stop())) {
-    scanner.stop();
-    return std::nullopt;
-  }
+  const StopAtEnd stop_at_end(scanner);
+  if (!scanner.start(plan, talk, work.signals.stop())) return std::nullopt;
   BenchScan out;
   out.context = scanner.context();
   out.width_px = plan.format.width_px;
@@ -75,15 +88,11 @@ std::optional<BenchScan> scan_to_memory(Scanner& scanner, const ScanPlan& plan, 
   constexpr std::chrono::minutes kSilence{2};
   auto last = begun;
   while (out.n_lines < plan.format.n_lines) {
-    if (work.signals.stop().stop_requested()) {
-      scanner.stop();
-      return std::nullopt;
-    }
+    if (work.signals.stop().stop_requested()) return std::nullopt;
     const ReadStatus status = scanner.read(block, Duration{500'000});
     if (status == ReadStatus::kEndOfScan) break;
     if (status == ReadStatus::kNotReady) {
       if (std::chrono::steady_clock::now() - last < kSilence) continue;
-      scanner.stop();
       throw DeviceError(DeviceError::Kind::kTimeout,
                         "The scanner has sent nothing for two minutes. Switch it off and on, then "
                         "calibrate again.",
@@ -100,7 +109,6 @@ std::optional<BenchScan> scan_to_memory(Scanner& scanner, const ScanPlan& plan, 
     }
     out.n_lines += block.n_lines;
   }
-  scanner.stop();
   if (out.n_lines == 0) {
     throw DeviceError(DeviceError::Kind::kProtocol,
                       "The scanner ended the scan without a line. Calibrate again.",

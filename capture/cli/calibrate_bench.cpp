@@ -50,7 +50,7 @@ AreaRequest area_of(const ScanRequest& request, const ScanPlan& plan, const Pixe
           request.area.top_mm.value_or(0) + roi.y * mm_y, roi.width * mm_x, roi.height * mm_y};
 }
 
-// The edge that is measured best with a long way to every side, near the middle of the focus.
+// The first of the edges, which are in the order of how well they were measured.
 const MeasuredEdge* edge_for_focus(const MeasuredFile& file) {
   return file.edges.empty() || !file.edges.front().measured() ? nullptr : &file.edges.front();
 }
@@ -105,15 +105,15 @@ bool sweep_focus(Scanner& scanner, const BenchChoice& choice, const ScanRequest&
     shots.push_back(std::move(*shot));
     return true;
   };
+  const auto by_position = [](const FocusShot& a, const FocusShot& b) {
+    return a.position < b.position;
+  };
   int step = choice.focus_step, reach = choice.focus_step * (choice.focus_positions / 2);
   for (int k = -reach; k <= reach; k += step) {
     if (!take(middle + k)) return false;
   }
   // Until both ends have lost enough for the peak and its width to be known.
   for (int round = 0; round < kMostWidenings; ++round) {
-    const auto by_position = [](const FocusShot& a, const FocusShot& b) {
-      return a.position < b.position;
-    };
     std::ranges::sort(shots, by_position);
     double most = 0;
     for (const FocusShot& shot : shots) most = std::max(most, followed(shot));
@@ -127,8 +127,7 @@ bool sweep_focus(Scanner& scanner, const BenchChoice& choice, const ScanRequest&
     }
     reach += 2 * step;
   }
-  std::ranges::sort(shots,
-                    [](const FocusShot& a, const FocusShot& b) { return a.position < b.position; });
+  std::ranges::sort(shots, by_position);
   return true;
 }
 
