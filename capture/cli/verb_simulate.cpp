@@ -26,15 +26,19 @@ namespace {
 struct SimulateArguments {
   std::vector<std::string> keys, settings;
   std::optional<std::uint64_t> seed;
-  std::string film, scene, screen, image, output, truth;
-  std::string model = "ls5000", usbip;
+  std::string film, scene, screen, image, output, truth, model, usbip;
   // Text, so that the check and the sentence are those of the settings.
   std::string width, height, angle, blur, noise;
 };
 
 // The device's name of everything that was asked for; what is said later wins.
 std::string device_name_of(const SimulateArguments& options) {
-  std::string name = "sim:" + options.model;
+  // The unit of --model, else that of a device's name.
+  std::string model = options.model;
+  for (const std::string& key : options.keys) {
+    if (model.empty() && key.rfind("sim:", 0) == 0) model = key.substr(4, key.find('?') - 4);
+  }
+  std::string name = "sim:" + (model.empty() ? "ls5000" : model);
   char separator = '?';
   const auto add = [&](const std::string& pair) {
     name += separator + pair;
@@ -223,7 +227,7 @@ void add_simulate(Program& program) {
   app->add_option("--seed", options->seed, "Seed of scene and noise");
   app->add_option("-o,--output", options->output, "The TIFF; must not exist");
   app->add_option("--truth", options->truth, "The EXR with what is known; must not exist");
-  app->add_option("--model", options->model, "The unit that --usbip exports; default ls5000");
+  app->add_option("--model", options->model, "The unit whose scan it is, or that --usbip exports; default ls5000");
   app->add_option("--usbip", options->usbip,
                   "Export over USB/IP at tcp:127.0.0.1:3240, tcp:PORT or unix:/path");
 }

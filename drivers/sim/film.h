@@ -14,6 +14,10 @@ inline constexpr int kInfrared = 3;
 // Rows are computed in blocks of this many pixels at absolute positions, so that a sample does not
 // depend on where the asking window begins.
 inline constexpr int kBlockPx = 16;
+// The first pixel of the block that holds this one.
+[[nodiscard]] constexpr int floor_to_block(int px) {
+  return px >= 0 ? px / kBlockPx * kBlockPx : -((-px + kBlockPx - 1) / kBlockPx) * kBlockPx;
+}
 
 // One row of square cells of side 1/per_px optical pixels, each the mean transmittance over the
 // cell. Cell s of pixel i is centred at x = first_px + i + (s + 0.5) / per_px - 0.5. Cells are kept

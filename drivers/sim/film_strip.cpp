@@ -89,6 +89,15 @@ double FilmStrip::finest_cy_per_px(double y, double x0, double x1) const {
   const Scene& scene = *scenes_[scenes_.size() == 1 ? 0 : static_cast<std::size_t>(frame)];
   const double side = margin_px_ + spec_.frame.outside_px;
   const double top = margin_px_ + static_cast<double>(frame) * spec_.frame.height_px;
+  // Border and rebate are even.
+  const double left = std::min(a.x, b.x) - side + kFrameEdgePx;
+  const double right = std::max(a.x, b.x) - side - kFrameEdgePx;
+  const double row = a.y - top;
+  if (margin_px_ > 0 &&
+      (right < 0 || left > spec_.frame.width_px - 2 * side || row < -kFrameEdgePx ||
+       row > spec_.frame.height_px - 2 * margin_px_ + kFrameEdgePx)) {
+    return 0;
+  }
   // Behind a curve the mean of the light is not that of the transmittance; where light spreads it
   // has become so smooth before that it is.
   const bool curved = !hd_.is_identity() && spec_.emulsion.spread_um == 0;
@@ -188,6 +197,7 @@ void FilmStrip::apply_frame(double local_y, double film_x0, double side_px,
   // Between two sides, the mean over a cell from the values at three places.
   const auto between = [&](double from_begin, double from_end, double cell_px) {
     const auto weight = [&](double d) {
+      if (std::abs(d) > kFrameEdgePx / 2 + cell_px) return d > 0 ? 1.0F : 0.0F;
       const auto at = [](double e) { return edge_weight(e); };
       const float here = at(d);
       if (cell_px == 0) return here;
@@ -204,15 +214,27 @@ void FilmStrip::apply_frame(double local_y, double film_x0, double side_px,
   // Rows that are no means along y become that later.
   const Weights row =
       between(local_y + 0.5, frame.height_px - 0.5 - local_y, has_fine_detail() ? side_px : 0);
-  for (std::size_t i = 0; i < out.r.size(); ++i) {
+  const auto frame_cell = [&](std::size_t i) {
     const double x = film_x0 + static_cast<double>(i) * step_px;
-    if (row_is_picture && x > picture_begin && x < picture_end) continue;
     const Weights column = between(x + 0.5 - side, frame.width_px - 0.5 - side - x, side_px);
     const float film = row.film * column.film, picture = row.picture * column.picture;
     for (const std::span<float> band : {out.r, out.g, out.b}) {
       band[i] = 1 - film * (1 - kDarkBorder) + picture * (band[i] - kDarkBorder);
     }
+  };
+  // Within the picture there is nothing to do.
+  const std::size_t n = out.r.size();
+  std::size_t first = n, end = n;
+  if (row_is_picture && picture_begin < picture_end) {
+    const auto cell_after = [&](double x) {
+      const double at = std::clamp((x - film_x0) / step_px, 0.0, static_cast<double>(n));
+      return static_cast<std::size_t>(std::ceil(at));
+    };
+    first = cell_after(picture_begin);
+    end = std::max(first, cell_after(picture_end));
   }
+  for (std::size_t i = 0; i < first; ++i) frame_cell(i);
+  for (std::size_t i = end; i < n; ++i) frame_cell(i);
 }
 
 std::array<double, 3> FilmStrip::silver_at(double x, double y) const {

@@ -67,10 +67,6 @@ void block_sums(const float* rows, const std::vector<std::size_t>& slots, const 
   widest([&]() RESEAU_SIM_INLINE { sum_block<n>(rows, slots, weights, to, stride); });
 }
 
-int floor_to_block(int x) {
-  return (x >= 0 ? x / kBlockPx : -((-x + kBlockPx - 1) / kBlockPx)) * kBlockPx;
-}
-
 // A Gaussian as wide as the lens where it still transfers well, for previews.
 OpticsSpec preview_optics(const OpticsSpec& optics) {
   constexpr double kPi = std::numbers::pi, kAt = 0.2;

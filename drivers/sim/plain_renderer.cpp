@@ -15,10 +15,6 @@ constexpr double kSmoothCells =
     0.8;  // standard deviation [cells] of a Gaussian that sums are exact for
 constexpr int kLinesPerTask = 32;
 
-int floor_to_block(int x) {
-  return (x >= 0 ? x / kBlockPx : -((-x + kBlockPx - 1) / kBlockPx)) * kBlockPx;
-}
-
 // out[i] += sum of w[k] * in[k][i], four inputs at a time to spare memory traffic.
 void accumulate(std::span<const float* const> in, std::span<const float> w, int n, float* out) {
   std::size_t k = 0;

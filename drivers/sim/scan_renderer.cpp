@@ -88,8 +88,8 @@ int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full)
   }
   Film::Edges edges = film.edges();
   const bool tents = takes_tents(film, pitch);
-  const bool hard =
-      edges.contrast > 0.5 || edges.scene_contrast > 0 || edges.spreads || (tents && edges.grainy);
+  const bool fine = edges.contrast > 0.5 || edges.scene_contrast > 0 || edges.grainy;
+  const bool hard = edges.spreads || (tents && fine);
   const int fewest = std::max(edges.fewest_cells, tents ? edges.fewest_tents : 0);
   if (!full) {
     if (pitch > 1) return 2;
@@ -99,7 +99,7 @@ int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full)
     const double sharpest = *std::ranges::min_element(optics.blur_px);
     const double aperture = std::min(optics.aperture_px, aperture_y);
     const double spread_px2 = sharpest * sharpest + aperture * aperture / 12;
-    int cells = hard || edges.grainy || fewest > 6 ? kMostPlain : 6;
+    int cells = hard || fine || fewest > 6 ? kMostPlain : 6;
     while (cells < kMostPlain && edge_error(spread_px2, cells, edges, tents) > kFullError)
       cells += 2;
     return cells;

@@ -10,14 +10,24 @@
 #include "drivers/sim/edge_ramp.h"
 #include "drivers/sim/scene.h"
 #include "drivers/sim/smooth_step.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
 namespace {
 
 constexpr double kMean = 0.5, kAmplitude = 0.45;
 
+// Series of sin(a) / a for a^2 = t up to this, to 1e-10.
+constexpr double kShort = 0.9;
+inline double short_sinc(double t) {
+  return 1 - t * (1.0 / 6) *
+                 (1 - t * (1.0 / 20) *
+                          (1 - t * (1.0 / 42) * (1 - t * (1.0 / 72) * (1 - t * (1.0 / 110)))));
+}
+
 double sinc(double x) {
-  return std::abs(x) < 1e-9 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x);
+  const double a = std::numbers::pi * x, t = a * a;
+  return t < kShort ? short_sinc(t) : std::sin(a) / a;
 }
 
 class FineScene : public Scene {
@@ -99,11 +109,28 @@ class StarScene final : public FineScene {
         disc_px_(std::max(spokes / (2 * std::numbers::pi * kFinest), 1.0)) {}
 
   void cells(double y, double x0, double side_px, const RgbRow& out) const override {
-    for (std::size_t i = 0; i < out.r.size(); ++i) {
-      const double dx = x0 + static_cast<double>(i) * side_px - cx_;
-      const double wave = mean_wave(dx, y - cy_, side_px, kDeepest);
-      out.r[i] = out.g[i] = out.b[i] = static_cast<float>(kMean + kAmplitude * wave);
+    // Beyond this radius spokes are straight over a cell and coarse against it, and have begun.
+    const double dy = y - cy_;
+    const double straight = side_px * std::sqrt(spokes_ / (8 * kLargestCurvature));
+    const double coarse = spokes_ * side_px / (2 * std::sqrt(kShort));
+    const double far = std::max({disc_px_ * (1 + kFade) + 2 * side_px, straight, coarse});
+    const double half = std::sqrt(std::max(far * far - dy * dy, 0.0));
+    const std::size_t n = out.r.size();
+    for (std::size_t i = 0; i < n; i += kChunk) {
+      const std::span<float> to = out.r.subspan(i, std::min(kChunk, n - i));
+      far_waves(x0 + static_cast<double>(i) * side_px - cx_, dy, side_px, to);
     }
+    const auto cell_at = [&](double dx) {
+      const double at = std::ceil((cx_ + dx - x0) / side_px);
+      return static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(n)));
+    };
+    for (std::size_t i = cell_at(-half), end = cell_at(half); i < end; ++i) {
+      const double dx = x0 + static_cast<double>(i) * side_px - cx_;
+      const double wave = mean_wave(dx, dy, side_px, kDeepest);
+      out.r[i] = static_cast<float>(kMean + kAmplitude * wave);
+    }
+    std::ranges::copy(out.r, out.g.begin());
+    std::ranges::copy(out.r, out.b.begin());
   }
   [[nodiscard]] double finest_cy_per_px(double y, double x0, double x1) const override {
     const double x = std::max({x0 - cx_, cx_ - x1, 0.0});
@@ -113,12 +140,57 @@ class StarScene final : public FineScene {
  private:
   static constexpr int kDeepest = 6;
   static constexpr double kFinest = 1.5;  // cycles per px, where the spokes end at an even disc
+  static constexpr double kFade = 0.4;    // of the disc's radius, over which they end
+  static constexpr double kLargestCurvature = 0.002;  // [radian] that the phase leaves a plane
+  static constexpr std::size_t kChunk = 256;
+  // mean_wave() where nothing has to be divided, of at most kChunk cells. The cosine of so many
+  // times an angle is the real part of a power, which squaring makes.
+  void far_waves(double dx0, double dy, double side, std::span<float> out) const {
+    std::array<double, kChunk> a{}, b{}, x{}, y{}, softened{}, per_r{};
+    const std::size_t n = out.size();
+    const double waves = spokes_ * side / 2;  // x pi: phase of a cell's side at distance 1
+    // Roots by themselves: compilers take no vectors for what may set errno.
+    for (std::size_t i = 0; i < n; ++i) {
+      const double dx = dx0 + static_cast<double>(i) * side;
+      per_r[i] = 1 / std::sqrt(std::max(dx * dx + dy * dy, 1e-12));
+    }
+    widest([&]() RESEAU_SIM_INLINE {
+      for (std::size_t i = 0; i < n; ++i) {
+        const double dx = dx0 + static_cast<double>(static_cast<int>(i)) * side;
+        a[i] = dx * per_r[i];
+        b[i] = dy * per_r[i];
+        const double over_x = waves * a[i] * per_r[i], over_y = waves * b[i] * per_r[i];
+        softened[i] = short_sinc(over_x * over_x) * short_sinc(over_y * over_y);
+        x[i] = 1;
+        y[i] = 0;
+      }
+    });
+    for (int left = spokes_; left > 0; left /= 2) {
+      const bool odd = left % 2 != 0;
+      widest([&]() RESEAU_SIM_INLINE {
+        for (std::size_t i = 0; i < n; ++i) {
+          const double product = x[i] * a[i] - y[i] * b[i];
+          y[i] = odd ? y[i] * a[i] + x[i] * b[i] : y[i];
+          x[i] = odd ? product : x[i];
+          const double squared = a[i] * a[i] - b[i] * b[i];
+          b[i] = 2 * a[i] * b[i];
+          a[i] = squared;
+        }
+      });
+    }
+    float* const values = out.data();
+    widest([&]() RESEAU_SIM_INLINE {
+      float* __restrict const to = values;
+      for (std::size_t i = 0; i < n; ++i) {
+        to[i] = static_cast<float>(kMean + kAmplitude * x[i] * softened[i]);
+      }
+    });
+  }
   // Of the cosine over a square: value times transfer function where the spokes are straight over
   // the square, else the mean of its quarters.
   [[nodiscard]] double mean_wave(double dx, double dy, double side, int depth) const {
-    constexpr double kLargestCurvature = 0.002;  // [radian] that the phase leaves a plane
     const double r2 = dx * dx + dy * dy;
-    const double r = std::sqrt(r2), fade_px = 0.4 * disc_px_;
+    const double r = std::sqrt(r2), fade_px = kFade * disc_px_;
     if (r + side < disc_px_ - fade_px / 2) return 0;
     const bool fades = r - side < disc_px_ + fade_px / 2;
     if (spokes_ * side * side / 8 <= kLargestCurvature * r2 && !(fades && side > 0.1 * fade_px)) {
@@ -172,18 +244,51 @@ class EdgesScene final : public FineScene {
     const float wy = window(y - field_row * field_h_, field_h_, side_px);
     const EdgeRamp ramp(across_x_ * side_px, across_y_ * side_px);
     const std::array<std::span<float>, 3> bands{out.r, out.g, out.b};
-    for (std::size_t i = 0; i < out.r.size(); ++i) {
-      const double x = x0 + static_cast<double>(i) * side_px;
-      const int column = std::clamp(static_cast<int>(std::floor(x / field_w_)), 0, kColumns - 1);
-      const double local_x = x - column * field_w_;
-      const float w = wy * window(local_x, field_w_, side_px);
-      const double distance = across_x_ * (local_x - field_w_ / 2) + across_y_ * (y - centre_y);
-      const float right = ramp(static_cast<float>(distance));
+    const std::size_t n = out.r.size();
+    std::size_t begin = 0;
+    for (int column = 0; column < kColumns; ++column) {
+      const double next = ((column + 1) * field_w_ - x0) / side_px;
+      const std::size_t end =
+          column + 1 == kColumns
+              ? n
+              : static_cast<std::size_t>(std::clamp(std::ceil(next), 0.0, static_cast<double>(n)));
       const TwoColours& colours = kFields[field_index(column, field_row)];
+      const double left = x0 - column * field_w_, down = across_y_ * (y - centre_y);
+      thread_local std::vector<float> share;  // of the colour to the right of the border
+      share.resize(n);
+      float* const right = share.data();
+      const double side = side_px, half = field_w_ / 2, across = across_x_;
+      widest([&]() RESEAU_SIM_INLINE {
+        float* __restrict const to = right;
+        for (std::size_t i = begin; i < end; ++i) {
+          const double local_x = left + static_cast<double>(static_cast<int>(i)) * side;
+          to[i] = ramp(static_cast<float>(across * (local_x - half) + down));
+        }
+      });
       for (std::size_t k = 0; k < 3; ++k) {
-        const float value = colours.left[k] + right * (colours.right[k] - colours.left[k]);
-        bands[k][i] = kGround + w * (value - kGround);
+        const float from = colours.left[k], change = colours.right[k] - from;
+        float* const band = bands[k].data();
+        widest([&]() RESEAU_SIM_INLINE {
+          float* __restrict const to = band;
+          for (std::size_t i = begin; i < end; ++i) {
+            to[i] = kGround + wy * (from + right[i] * change - kGround);
+          }
+        });
       }
+      // The ends of the field are soft.
+      const auto soft = [&](std::size_t i) {
+        const double local_x = left + static_cast<double>(i) * side_px;
+        const float w = window(local_x, field_w_, side_px);
+        for (std::size_t k = 0; k < 3 && w != 1; ++k) {
+          bands[k][i] = kGround + w * (bands[k][i] - kGround);
+        }
+        return w != 1;
+      };
+      std::size_t first = begin;
+      while (first < end && soft(first)) ++first;
+      for (std::size_t i = end; i > first && soft(i - 1); --i) {
+      }
+      begin = std::max(begin, end);
     }
   }
 
@@ -226,6 +331,10 @@ class EdgesScene final : public FineScene {
   }
   // Mean over a cell, from its value at three places.
   static float window(double local_px, double field_px, double side_px) {
+    const double ends =
+        std::min(local_px - kMargin * field_px, (1 - kMargin) * field_px - local_px);
+    if (ends > kFieldEdgePx / 2.0 + side_px) return 1;
+    if (ends < -kFieldEdgePx / 2.0 - side_px) return 0;
     const auto at = [&](double local) {
       const double inside = std::min(local - kMargin * field_px, (1 - kMargin) * field_px - local);
       return smooth_step(static_cast<float>(inside) / kFieldEdgePx);

@@ -34,9 +34,14 @@ Film::Edges edges_of(const FilmSpec& spec) {
     edges.scene_off_axes_deg = off_axes_deg(spec.edge_angle_deg);
     edges.scene_contrast = 1;
   }
+  // Nothing but edges.
+  if (spec.scene == SceneKind::kRazor) edges.fewest_cells = 8;
   if (spec.kind != FilmKind::kDufay) return edges;
   // Light passes a clear gap undyed and exposes the film behind it; a dark one has two edges.
-  if (spec.print.overlap_um < 0) edges.contrast = 1;
+  if (spec.print.overlap_um < 0) {
+    edges.contrast = 1;
+    edges.fewest_cells = 8;
+  }
   const ScreenGradient g = PlacedScreen(spec).scan_gradient();
   const ScreenDescription screen = describe_screen(spec.screen);
   // A tent is known across edges near the axes; where light spreads films are made of even cells.

@@ -219,8 +219,11 @@ const LightRows::Finished& LightRows::finished(std::int64_t row) {
 
 const PlaneRow& LightRows::row(const FilmLayers& film, double y, const CellRange& cells,
                                bool harm) {
-  const CellRange wider{cells.first_px - kBlockPx, cells.n_px + 2 * kBlockPx, cells.per_px,
-                        cells.tents};
+  // Whole blocks, and a pixel on either side for neighbours.
+  const int begin = floor_to_block(cells.first_px - 1);
+  const int end = floor_to_block(cells.first_px + cells.n_px + kBlockPx);
+  const CellRange wider{begin, end - begin, cells.per_px, cells.tents};
+  const int offset = cells.first_px - begin;
   // Far cells look at their neighbours for the sake of the order of the method, single ones do not.
   const double side = 1.0 / cells.per_px;
   const bool coarse =
@@ -247,7 +250,7 @@ const PlaneRow& LightRows::row(const FilmLayers& film, double y, const CellRange
   for (int k = 0; k < n_sets; ++k) {
     const int plane = plane_of(k);
     const auto silver = [&](const Finished& of, int s) {
-      return of.silver.phase(plane, s) + kBlockPx;
+      return of.silver.phase(plane, s) + offset;
     };
     for (int s = 0; s < per_px; ++s) {
       float* const to = light_.phase(k, s);
@@ -257,7 +260,7 @@ const PlaneRow& LightRows::row(const FilmLayers& film, double y, const CellRange
         continue;
       }
       const auto area = [&](std::int64_t of, int phase) {
-        return made(of).areas.phase(k, phase) + kBlockPx;
+        return made(of).areas.phase(k, phase) + offset;
       };
       const float* const a = area(row, s);
       widest([&]() RESEAU_SIM_INLINE {

@@ -26,7 +26,7 @@ struct FilmLayers {
   std::uint64_t id;  // of this film among all that ever were
 };
 
-// Which cells.
+// Which cells; of any pixels.
 struct CellRange {
   int first_px = 0, n_px = 0, per_px = 1;
   bool tents = false;  // CellRow
@@ -71,7 +71,7 @@ class LightRows {
 
   const FilmLayers* film_ = nullptr;  // of the present call
   std::uint64_t id_ = 0;
-  CellRange cells_;  // a block more on both sides than asked for
+  CellRange cells_;  // whole blocks, a pixel and more on both sides than asked for
   bool harm_ = false, coarse_ = false;
   std::array<Made, 8> made_;
   std::array<Texture, 4> textures_;

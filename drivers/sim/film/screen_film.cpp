@@ -24,6 +24,7 @@ DyeSpec faded_dyes(DyeSpec dyes) {
 
 constexpr int kMostLevels = 3;         // of cells divided by 2 along each side
 constexpr int kMostLevelsOfTents = 2;  // divided by 3
+constexpr int kRuns = 8;               // of divided cells along a row that keep what they know
 
 std::uint64_t next_film() {
   static std::atomic<std::uint64_t> last{0};
@@ -32,9 +33,35 @@ std::uint64_t next_film() {
 
 }  // namespace
 
+// Rows of tents, summed along x to tents that are wider by a number of parts: the latest few, for
+// tents of neighbouring rows of cells have rows of parts in common.
+struct ScreenFilm::JoinedTents {
+  std::uint64_t film = 0;
+  bool harm = false;
+  CellRange cells;
+  int parts = 1;
+  std::array<std::int64_t, 32> row_in_slot{};
+  std::array<CellRow, 32> slots;
+
+  void prepare(std::uint64_t of_film, bool with_harm, const CellRange& range, int n_parts) {
+    if (film == of_film && harm == with_harm && cells == range && parts == n_parts) return;
+    film = of_film;
+    harm = with_harm;
+    cells = range;
+    parts = n_parts;
+    row_in_slot.fill(INT64_MIN);
+  }
+  // By how much the k-th part from the middle counts.
+  [[nodiscard]] float weight(int k) const {
+    return static_cast<float>(parts - std::abs(k)) / static_cast<float>(parts * parts);
+  }
+  void join(const CellRow& fine, CellRow& to) const;
+};
+
 struct ScreenFilm::Rows {
   LightRows light;
   CellRow fine;  // cells that were divided
+  JoinedTents joined;
   std::vector<float> faded, stain;
 };
 
@@ -59,9 +86,9 @@ ScreenFilm::ScreenFilm(const FilmSpec& spec)
 
 double ScreenFilm::height_um(double x, double /*y*/) const { return screen_.height_um(x); }
 
-ScreenFilm::Rows& ScreenFilm::rows_of_thread(int level) {
-  thread_local std::array<Rows, kMostLevels + 1> rows;
-  return rows[static_cast<std::size_t>(level)];
+ScreenFilm::Rows& ScreenFilm::rows_of_thread(int level, int run) {
+  thread_local std::array<std::array<Rows, kRuns>, kMostLevels + 1> rows;
+  return rows[static_cast<std::size_t>(level)][static_cast<std::size_t>(run % kRuns)];
 }
 
 FilmLayers ScreenFilm::layers() const {
@@ -73,7 +100,7 @@ void ScreenFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& ou
   out.resize(first_px, n_px, per_px);
   render_divided(y, true, out);
   if (!strip_.on_film(y)) return;
-  if (damage_.has_stains()) apply_stains(y, rows_of_thread(0), out);
+  if (damage_.has_stains()) apply_stains(y, rows_of_thread(0, 0), out);
   if (spec_.frame.outside_px > 0) apply_film_edge(out);
 }
 
@@ -83,14 +110,13 @@ void ScreenFilm::silver_cells(double y, int first_px, int n_px, int per_px, Cell
   render_divided(y, false, out);
 }
 
-void ScreenFilm::render(double y, int level, bool harm, CellRow& out) const {
+void ScreenFilm::render(double y, bool harm, Rows& rows, CellRow& out) const {
   if (!strip_.on_film(y)) {
     for (int c = 0; c < kChannels; ++c) {
       std::fill_n(out.phase(c, 0), out.n_px() * out.per_px(), 1.0F);
     }
     return;
   }
-  Rows& rows = rows_of_thread(level);
   const FilmLayers film = layers();
   mix(y, rows.light.row(film, y, {out.first_px(), out.n_px(), out.per_px(), out.tents()}, harm),
       rows, out);
@@ -116,67 +142,92 @@ void ScreenFilm::render_divided(double y, bool harm, CellRow& out) const {
   // Maps of stray light need no more than their cells. Silver that spreads is smooth, and its layer
   // divides the exposure.
   const bool divides = per_px > 2 && painter_ != nullptr && !silver_.spreads();
-  render(y, 0, harm, out);
+  render(y, harm, rows_of_thread(0, 0), out);
   if (!divides || !strip_.on_film(y)) return;
   const auto level_of = [&](int block) { return level_at(y, out.first_px() + block, out); };
+  std::array<int, kMostLevels + 1> n_runs{};
   for (int begin = 0; begin < out.n_px();) {
     const int level = level_of(begin);
     int end = begin + kBlockPx;
     while (end < out.n_px() && level_of(end) == level) end += kBlockPx;
-    if (level > 0 && out.tents()) {
-      divide_tents(y, level, harm, begin, end, out);
-    } else if (level > 0) {
-      divide_even(y, level, harm, begin, end, out);
+    if (level > 0) {
+      Rows& rows = rows_of_thread(level, n_runs[static_cast<std::size_t>(level)]++);
+      if (out.tents()) {
+        divide_tents(y, level == 1 ? 3 : 9, harm, {begin, end}, rows, out);
+      } else {
+        divide_even(y, 1 << level, harm, {begin, end}, rows, out);
+      }
     }
     begin = end;
   }
 }
 
-void ScreenFilm::divide_even(double y, int level, bool harm, int begin, int end,
+void ScreenFilm::divide_even(double y, int parts, bool harm, PixelRun run, Rows& rows,
                              CellRow& out) const {
-  const int per_px = out.per_px(), parts = 1 << level;
-  CellRow& fine = rows_of_thread(level).fine;
+  const int per_px = out.per_px(), n = run.end - run.begin;
+  CellRow& fine = rows.fine;
   fine.set_tents(false);
-  fine.resize(out.first_px() + begin, end - begin, per_px * parts);
+  fine.resize(out.first_px() + run.begin, n, per_px * parts);
   const auto share = static_cast<float>(1.0 / (parts * parts));
   for (int j = 0; j < parts; ++j) {
-    render(y + ((j + 0.5) / parts - 0.5) / per_px, level, harm, fine);
+    render(y + ((j + 0.5) / parts - 0.5) / per_px, harm, rows, fine);
     for (int c = 0; c < kChannels; ++c) {
       for (int s = 0; s < per_px; ++s) {
-        float* const to = out.phase(c, s) + begin;
-        if (j == 0) std::fill_n(to, end - begin, 0.0F);
+        float* const to = out.phase(c, s) + run.begin;
+        if (j == 0) std::fill_n(to, n, 0.0F);
         for (int k = 0; k < parts; ++k) {
           const float* const from = fine.phase(c, s * parts + k);
-          for (int i = 0; i < end - begin; ++i) to[i] += share * from[i];
+          for (int i = 0; i < n; ++i) to[i] += share * from[i];
         }
       }
     }
   }
 }
 
-// A tent is a sum of tents of a third of its side, with weights 1 2 3 2 1.
-void ScreenFilm::divide_tents(double y, int level, bool harm, int begin, int end,
+// fine reaches a pixel farther on both sides.
+void ScreenFilm::JoinedTents::join(const CellRow& fine, CellRow& to) const {
+  to.resize(cells.first_px, cells.n_px, cells.per_px);
+  for (int c = 0; c < kChannels; ++c) {
+    for (int s = 0; s < cells.per_px; ++s) {
+      float* const sum = to.phase(c, s);
+      std::fill_n(sum, cells.n_px, 0.0F);
+      for (int k = 1 - parts; k < parts; ++k) {
+        const int at = s * parts + (parts - 1) / 2 + k;
+        const int carry = at < 0 ? -1 : at >= fine.per_px() ? 1 : 0;
+        const float* const from = fine.phase(c, at - carry * fine.per_px()) + 1 + carry;
+        const float share = weight(k);
+        for (int i = 0; i < cells.n_px; ++i) sum[i] += share * from[i];
+      }
+    }
+  }
+}
+
+// A tent is a sum of tents of a part of its side, 3 of them with weights 1 2 3 2 1.
+void ScreenFilm::divide_tents(double y, int parts, bool harm, PixelRun run, Rows& rows,
                               CellRow& out) const {
-  const int parts = level == 1 ? 3 : 9, fine_per_px = out.per_px() * parts;
-  CellRow& fine = rows_of_thread(level).fine;
-  fine.set_tents(true);
-  fine.resize(out.first_px() + begin - kBlockPx, end - begin + 2 * kBlockPx, fine_per_px);
-  const auto weight = [parts](int from_middle) {
-    return static_cast<float>(parts - std::abs(from_middle)) / static_cast<float>(parts * parts);
-  };
+  const int per_px = out.per_px(), fine_per_px = per_px * parts, n = run.end - run.begin;
+  const CellRange cells{out.first_px() + run.begin, n, per_px, true};
+  JoinedTents& joined = rows.joined;
+  joined.prepare(id_, harm, cells, parts);
+  const std::int64_t middle = std::llround((y + 0.5) * per_px - 0.5) * parts + (parts - 1) / 2;
   for (int j = 1 - parts; j < parts; ++j) {
-    render(y + static_cast<double>(j) / fine_per_px, level, harm, fine);
+    const std::int64_t row = middle + j;
+    const auto slot = static_cast<std::size_t>(row & 31);
+    CellRow& of_row = joined.slots[slot];
+    if (joined.row_in_slot[slot] != row) {
+      rows.fine.set_tents(true);
+      rows.fine.resize(cells.first_px - 1, n + 2, fine_per_px);
+      render((static_cast<double>(row) + 0.5) / fine_per_px - 0.5, harm, rows, rows.fine);
+      joined.join(rows.fine, of_row);
+      joined.row_in_slot[slot] = row;
+    }
+    const float share = joined.weight(j);
     for (int c = 0; c < kChannels; ++c) {
-      for (int s = 0; s < out.per_px(); ++s) {
-        float* const to = out.phase(c, s) + begin;
-        if (j == 1 - parts) std::fill_n(to, end - begin, 0.0F);
-        for (int k = 1 - parts; k < parts; ++k) {
-          const int at = s * parts + (parts - 1) / 2 + k;
-          const int carry = at < 0 ? -1 : at >= fine_per_px ? 1 : 0;
-          const float* const from = fine.phase(c, at - carry * fine_per_px) + kBlockPx + carry;
-          const float share = weight(j) * weight(k);
-          for (int i = 0; i < end - begin; ++i) to[i] += share * from[i];
-        }
+      for (int s = 0; s < per_px; ++s) {
+        float* const to = out.phase(c, s) + run.begin;
+        if (j == 1 - parts) std::fill_n(to, n, 0.0F);
+        const float* const from = of_row.phase(c, s);
+        for (int i = 0; i < n; ++i) to[i] += share * from[i];
       }
     }
   }

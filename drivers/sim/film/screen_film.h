@@ -39,16 +39,20 @@ class ScreenFilm final : public Film {
   void harm_row(double y, double x0, std::span<float> out) const;
 
  private:
+  struct JoinedTents;
   struct Rows;
-  // One per division of cells and thread.
-  static Rows& rows_of_thread(int level);
+  // Of the pixels of a row, counted from its first.
+  struct PixelRun {
+    int begin = 0, end = 0;
+  };
+  // Per thread, one for every division of cells and each of the first runs of pixels that have it.
+  static Rows& rows_of_thread(int level, int run);
   // A row of cells as it is asked for, of any fineness.
-  void render(double y, int level, bool harm, CellRow& out) const;
+  void render(double y, bool harm, Rows& rows, CellRow& out) const;
   // The same, cells divided where the scene is too fine for them.
   void render_divided(double y, bool harm, CellRow& out) const;
-  // Of the pixels from begin to end of the row.
-  void divide_even(double y, int level, bool harm, int begin, int end, CellRow& out) const;
-  void divide_tents(double y, int level, bool harm, int begin, int end, CellRow& out) const;
+  void divide_even(double y, int parts, bool harm, PixelRun run, Rows& rows, CellRow& out) const;
+  void divide_tents(double y, int parts, bool harm, PixelRun run, Rows& rows, CellRow& out) const;
   // How often, in the block of pixels from px on.
   [[nodiscard]] int level_at(double y, int px, const CellRow& cells) const;
   void mix(double y, const PlaneRow& light, Rows& rows, CellRow& out) const;
