@@ -18,6 +18,7 @@
 #include "capture/store/master_writer.h"
 #include "core/base/error.h"
 #include "drivers/sim/simulate.h"
+#include "drivers/sim/simulated_unit.h"
 
 namespace reseau::cli {
 
@@ -148,7 +149,9 @@ ExitCode run_simulate(const SimulateArguments& options, Work& work) {
     throw Failure(kExitUsage, "Say where the scan goes with -o, or export the unit with --usbip.");
   }
   sim::SimSpec spec = as_failure(Doing::kReadingOptions, [&] {
-    return sim::parse_sim_spec(device_name, sim::ScenePicture::kLater);
+    sim::SimSpec asked = sim::parse_sim_spec(device_name, sim::ScenePicture::kLater);
+    sim::check_model(asked);
+    return asked;
   });
   const simulate::TruthNames names = simulate::truth_names(options.truth);
   std::vector<std::filesystem::path> files{options.output};
@@ -227,7 +230,8 @@ void add_simulate(Program& program) {
   app->add_option("--seed", options->seed, "Seed of scene and noise");
   app->add_option("-o,--output", options->output, "The TIFF; must not exist");
   app->add_option("--truth", options->truth, "The EXR with what is known; must not exist");
-  app->add_option("--model", options->model, "The unit whose scan it is, or that --usbip exports; default ls5000");
+  app->add_option("--model", options->model,
+                  "The unit whose scan it is, or that --usbip exports; default ls5000");
   app->add_option("--usbip", options->usbip,
                   "Export over USB/IP at tcp:127.0.0.1:3240, tcp:PORT or unix:/path");
 }

@@ -18,16 +18,19 @@ std::vector<std::string> simulated_unit_names() {
   return names;
 }
 
+void check_model(const SimSpec& spec) {
+  const std::vector<std::string> names = simulated_unit_names();
+  if (std::find(names.begin(), names.end(), spec.model) != names.end()) return;
+  std::string known;
+  for (const std::string& name : names) known.append(known.empty() ? "" : ", ").append(name);
+  throw InputError("There is no simulated model named \"" + spec.model +
+                   "\". Known models: " + known + ".");
+}
+
 std::unique_ptr<UsbTransport> open_simulated_unit(const SimSpec& spec) {
+  check_model(spec);
   if (const pie::PieModel* const model = pie::find_pie_model(spec.model)) {
     return std::make_unique<pie::PieUsb>(*model, spec);
-  }
-  const std::vector<std::string> names = simulated_unit_names();
-  if (std::find(names.begin(), names.end(), spec.model) == names.end()) {
-    std::string known;
-    for (const std::string& name : names) known.append(known.empty() ? "" : ", ").append(name);
-    throw InputError("There is no simulated model named \"" + spec.model +
-                     "\". Known models: " + known + ".");
   }
   return std::make_unique<SimulatedUsb>(spec);
 }

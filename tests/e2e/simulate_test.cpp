@@ -57,6 +57,17 @@ TEST_F(SimulateE2e, EveryScreenHasItsName) {
   EXPECT_EQ(parameters("thames")["screen"]["name"], "thames");
 }
 
+TEST_F(SimulateE2e, TheUnitOfADeviceNameIsTheOneWhoseScanItIs) {
+  ASSERT_EQ(simulate("ls40", {"sim:ls40?angle=5"}).exit_code, 0);
+  EXPECT_NEAR(parameters("ls40")["film"]["pixel_um"], 25400.0 / 2900, 1e-9);
+  ASSERT_EQ(simulate("ls50", {"sim:ls40?angle=5", "--model", "ls50"}).exit_code, 0);
+  EXPECT_NEAR(parameters("ls50")["film"]["pixel_um"], 6.35, 1e-9);
+  const ProcessResult unknown = simulate("ls41", {"sim:ls41?angle=5"});
+  EXPECT_EQ(unknown.exit_code, 64);
+  EXPECT_THAT(unknown.err, HasSubstr("no simulated model named \"ls41\""));
+  EXPECT_FALSE(std::filesystem::exists(dir / "ls41.tif"));
+}
+
 TEST_F(SimulateE2e, TheTruthHoldsWhatTheFilmHas) {
   ASSERT_EQ(simulate("plain", {}).exit_code, 0);
   const auto plain = read_exr_header(dir / "plain.exr").channels;
