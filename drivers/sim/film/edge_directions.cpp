@@ -60,6 +60,12 @@ Film::Edges edges_of(const FilmSpec& spec) {
       farthest = std::max(farthest, off);
     }
   }
+  // An edge that runs along the cells has the same error all along: frames of up to two megapixels
+  // can afford finer ones.
+  constexpr double kAlongAxes = 6, kCheapFrame = 2e6;
+  if (edges.off_axes_deg < kAlongAxes && frame_px < kCheapFrame) {
+    edges.fewest_cells = std::max(edges.fewest_cells, 8);
+  }
   edges.tents = farthest < kNearAxes && edges.radius_px == 0 && !edges.spreads &&
                 spec.scene != SceneKind::kRazor;
   return edges;
