@@ -24,6 +24,7 @@
 #include "drivers/sim/simulated_unit.h"
 #include "drivers/usb/fault_transport.h"
 #include "drivers/usb/libusb_transport.h"
+#include "drivers/usb/paced_transport.h"
 #include "drivers/usb/recording_transport.h"
 #include "drivers/usb/replay_fault.h"
 #include "drivers/usb/replay_transport.h"
@@ -93,8 +94,8 @@ std::string take_option(std::string& name, const std::string& key) {
   return {};
 }
 
-// Options of the link, which are not the simulated unit's: pace=real waits as a unit would,
-// fault=stall@120 (drivers/usb/fault_transport.h) fails one transfer.
+// Options of the link, which are not the simulated unit's: pace=real takes the time that a unit
+// takes, fault=stall@120 (drivers/usb/fault_transport.h) fails one transfer.
 Link open_sim(std::string name) {
   const std::string pace = take_option(name, "pace");
   const std::string fault = take_option(name, "fault");
@@ -114,6 +115,10 @@ Link open_sim(std::string name) {
   }
   if (pace == "real") {
     link.clock = std::make_shared<SystemClock>();
+    if (link.usb) {
+      link.usb =
+          std::make_unique<PacedTransport>(std::move(link.usb), kScannerBytesPerSecond, link.clock);
+    }
   } else {
     link.clock = std::make_shared<VirtualClock>();
   }
