@@ -8,7 +8,7 @@ namespace {
 
 // A picture varies by so much within a period: less of the ratio than noise makes is not believed.
 constexpr double kVariation = 0.15;
-constexpr float kMost = 4;
+constexpr float kMostFactor = 4;
 // Below this light nothing is multiplied.
 constexpr float kDark = 0.002F;
 constexpr int kWindow = 2;
@@ -48,7 +48,7 @@ SilverRatio::SilverRatio(const SilverRows& silver, const std::vector<float>& pre
         square += kWeights[k] * above[n + x + k - kWindow];
       }
       const float prior = pull * square + kDark * kDark;
-      to[x] = std::clamp((both + prior) / (square + prior), 1 / kMost, kMost);
+      to[x] = std::clamp((both + prior) / (square + prior), 1 / kMostFactor, kMostFactor);
     }
   }
 }
