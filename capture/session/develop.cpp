@@ -1,14 +1,17 @@
 #include "capture/session/develop.h"
 
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "capture/color/color_record.h"
+#include "capture/session/queued_rows.h"
 #include "core/base/error.h"
 #include "core/color/white_balance.h"
 #include "core/line/corrected_lines.h"
 #include "core/line/rgb_lines.h"
+#include "core/reconstruct/live_picture.h"
 
 namespace reseau {
 
@@ -65,20 +68,36 @@ std::optional<Vector3> white_balance_of(const LineSource& source, const Registra
   return factors;
 }
 
-}  // namespace
+// How a scan is seen: levels taken from it, infrared left out, as the options say.
+class SeenScan {
+ public:
+  SeenScan(const LineSource& scanned, const DevelopOptions& options)
+      : corrected_(scanned, options.profile.levels),
+        // Levels are linear in light in a master; in a file that is encoded nobody knows them.
+        whole_(options.tone.is_linear() && !options.profile.levels.empty()
+                   ? static_cast<const LineSource&>(corrected_)
+                   : scanned),
+        rgb_(whole_),
+        infrared_(whole_.format().plane_of(Channel::kInfrared) >= 0),
+        source_(infrared_ && options.silver.ignore_infrared ? static_cast<const LineSource&>(rgb_)
+                                                            : whole_) {}
+  [[nodiscard]] const LineSource& source() const { return source_; }
+  // With its infrared, though that is not used.
+  [[nodiscard]] const LineSource& whole() const { return whole_; }
+  [[nodiscard]] bool infrared() const { return infrared_; }
 
-Development develop(const LineSource& scanned, const DevelopOptions& options,
-                    const DevelopProgress& progress, const std::stop_token& stop) {
-  // Before any work: colours that cannot be made must not cost a scan's time.
-  static_cast<void>(make_color_model(options.color));
-  // Levels are linear in light in a master; in a file that is encoded nobody knows them.
-  const bool levels = options.tone.is_linear() && !options.profile.levels.empty();
-  const CorrectedLines corrected(scanned, options.profile.levels);
-  const LineSource& whole = levels ? static_cast<const LineSource&>(corrected) : scanned;
-  const RgbLines rgb(whole);
-  const bool infrared = whole.format().plane_of(Channel::kInfrared) >= 0;
-  const LineSource& source =
-      infrared && options.silver.ignore_infrared ? static_cast<const LineSource&>(rgb) : whole;
+ private:
+  CorrectedLines corrected_;
+  const LineSource& whole_;
+  RgbLines rgb_;
+  bool infrared_;
+  const LineSource& source_;
+};
+
+// The provisional picture, where one is wanted, goes on with `live` until all lines are registered.
+Development finish_picture(const SeenScan& scan, const DevelopOptions& options, LivePicture* live,
+                           const DevelopProgress& progress, const std::stop_token& stop) {
+  const LineSource& source = scan.source();
   Development result;
   const auto report = [&progress](DevelopPhase phase) {
     return [&progress, phase](double fraction) {
@@ -89,8 +108,12 @@ Development develop(const LineSource& scanned, const DevelopOptions& options,
   RegisterOptions register_options;
   register_options.tone = options.tone;
   register_options.n_threads = options.n_threads;
+  if (live != nullptr) {
+    register_options.on_snapshot = [live](auto snapshot) { live->take(std::move(snapshot)); };
+  }
   result.registration =
       register_screen(source, register_options, report(DevelopPhase::kRegister), stop);
+  if (live != nullptr) live->stop();
   if (stop.stop_requested()) {
     result.stopped = true;
     result.why_not = "The reconstruction was stopped.";
@@ -120,7 +143,7 @@ Development develop(const LineSource& scanned, const DevelopOptions& options,
     result.why_not = "The reconstruction was stopped.";
     return result;
   };
-  if (infrared) result.learned = learn_silver_from_rgb(whole, options.tone, stop);
+  if (scan.infrared()) result.learned = learn_silver_from_rgb(scan.whole(), options.tone, stop);
   ColorRecipe recipe = options.color;
   const auto factors = white_balance_of(source, result.registration, options, stop);
   if (!factors) return stopped();
@@ -136,16 +159,34 @@ Development develop(const LineSource& scanned, const DevelopOptions& options,
   picture.exr_options.attributes = options.attributes;
   declare_color(recipe, picture.exr_options);
   PictureWriter writer(picture);
-  EndSeen sink(writer);
+  EndSeen ending(writer);
+  QueuedRows sink(ending);
 
   ReconstructOptions reconstruct_options = reconstruct_options_of(options);
   reconstruct_options.frame = options.frame;
   reconstruct_options.output_from_process = make_color_model(recipe).output_from_process;
   result.report = reconstruct(source, result.registration, reconstruct_options, sink,
                               report(DevelopPhase::kReconstruct), stop);
-  if (!sink.ended) return stopped();
+  if (!ending.ended) return stopped();
+  result.rendered_at = sink.made_at();
   result.picture = writer.result();
   result.written = true;
+  return result;
+}
+
+}  // namespace
+
+Development develop(const LineSource& scanned, const DevelopOptions& options,
+                    const DevelopProgress& progress, const std::stop_token& stop) {
+  // Before any work: colours that cannot be made must not cost a scan's time.
+  const ColorModel color = make_color_model(options.color);
+  const SeenScan scan(scanned, options);
+  if (options.live == nullptr) return finish_picture(scan, options, nullptr, progress, stop);
+  ReconstructOptions draft = reconstruct_options_of(options);
+  draft.output_from_process = color.output_from_process;
+  LivePicture live(scan.source(), draft, *options.live);
+  Development result = finish_picture(scan, options, &live, progress, stop);
+  result.live = live.report();
   return result;
 }
 

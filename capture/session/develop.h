@@ -14,8 +14,11 @@
 #include "capture/image/picture_writer.h"
 #include "capture/session/silver_choice.h"
 #include "capture/session/unit_profile.h"
+#include "core/base/clock.h"
 #include "core/color/element_color.h"
 #include "core/line/line_source.h"
+#include "core/reconstruct/live_picture.h"
+#include "core/reconstruct/live_tile_sink.h"
 #include "core/reconstruct/reconstruct.h"
 
 namespace reseau {
@@ -39,6 +42,9 @@ struct DevelopOptions {
   std::filesystem::path exr, tiff, png;  // exr is required; empty view paths = none
   double dpi = 0;
   std::vector<std::pair<std::string, std::string>> attributes;  // of the EXR
+  // Gets the provisional picture while lines arrive, in the colours of `color`; null: there is
+  // none. Outlives the call.
+  LiveTileSink* live = nullptr;
 };
 
 enum class DevelopPhase { kRegister, kReconstruct };
@@ -56,6 +62,9 @@ struct Development {
   Vector3 white_balance{1, 1, 1};  // factors on the elements that were used, a neutral included
   std::optional<ReconstructionReport> report;  // when written
   std::optional<PictureResult> picture;        // when written
+  std::optional<LiveReport> live;              // of the provisional picture, where one was wanted
+  // When all rows were made, whether or not the files were written.
+  std::optional<TimePoint> rendered_at;
 };
 
 // Waits for lines as they are committed. Dark level and flat field of the profile are taken from

@@ -223,6 +223,19 @@ ordered_json settings_to_json(const Receipt& receipt) {
   return object;
 }
 
+ordered_json live_to_json(const LiveReport& live) {
+  ordered_json object = {{"quality", "draft"},
+                         {"sharpness", "of the lines so far"},
+                         {"lock_lines", live.lock_lines},
+                         {"lines", live.n_lines},
+                         {"tiles", live.n_tiles},
+                         {"maps", live.n_maps},
+                         {"largest_lag_lines", live.largest_lag_lines}};
+  if (live.lock_lines == 0) object["why_not"] = "No réseau was found while lines came.";
+  if (!live.why_not.empty()) object["why_not"] = live.why_not;
+  return object;
+}
+
 void add_development(ordered_json& object, const Receipt& receipt) {
   if (!receipt.development) {
     object["reconstruction"] = nullptr;
@@ -248,7 +261,12 @@ void add_development(ordered_json& object, const Receipt& receipt) {
     put_number(view, "clipped_fraction", development.picture->clipped_fraction);
     object["view"] = view;
   }
+  if (receipt.scan && receipt.scan->outcome.last_line_at && development.rendered_at) {
+    put_number(timings, "last_line_to_picture_s",
+               seconds(*development.rendered_at - *receipt.scan->outcome.last_line_at));
+  }
   object["timings"] = timings;
+  if (development.live) object["provisional"] = live_to_json(*development.live);
 }
 
 // The stage's error along the motion: on which coordinate it depends, and how large it is.

@@ -77,6 +77,7 @@ ScanOutcome ScanSession::run(const std::stop_token& stop) noexcept {
       });
     }
     outcome.end = read_lines(queue, stop);
+    if (outcome.end == ScanEnd::kComplete) outcome.last_line_at = clock.now();
   } catch (...) {
     outcome.error = std::current_exception();
     outcome.end = ScanEnd::kFailed;

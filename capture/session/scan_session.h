@@ -13,6 +13,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 
@@ -55,11 +56,12 @@ struct SessionOptions {
 
 struct ScanOutcome {
   ScanEnd end = ScanEnd::kFailed;
-  int lines = 0;                     // committed to the master
-  std::exception_ptr error;          // why it failed; null when complete or cancelled
-  std::exception_ptr develop_error;  // what develop threw
-  bool began = false;                // a master exists
-  CaptureContext context;            // valid when began
+  int lines = 0;                          // committed to the master
+  std::exception_ptr error;               // why it failed; null when complete or cancelled
+  std::exception_ptr develop_error;       // what develop threw
+  bool began = false;                     // a master exists
+  CaptureContext context;                 // valid when began
+  std::optional<TimePoint> last_line_at;  // when the last line came from the scanner; when complete
   QueueStats queue;
   // Up to the first READ; from there to the closed master; from there to the end of develop.
   Duration preparing{}, scanning{}, finishing{};
