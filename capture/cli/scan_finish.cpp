@@ -70,6 +70,15 @@ void summarize(const ScanRecord& record, Reporter& reporter) {
       reporter.say("Clipped   " + describe_clipping(*d.report, record.negotiated.plan.infrared));
     }
   }
+  if (record.development && record.development->live) {
+    const LiveReport& live = *record.development->live;
+    reporter.say(live.lock_lines == 0
+                     ? std::string("Page      nothing provisional: the réseau was not found while "
+                                   "lines came")
+                     : fmt::format("Page      {} provisional tiles from line {} on, at most {} "
+                                   "lines behind the scan head",
+                                   live.n_tiles, live.lock_lines, live.largest_lag_lines));
+  }
   reporter.say(fmt::format("Receipt   {}", record.names.receipt.string()));
   std::string times =
       fmt::format("Time      {:.1f} s to prepare, {:.1f} s to scan",

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,7 +14,9 @@
 #include "capture/cli/event_log.h"
 #include "capture/cli/failure.h"
 #include "capture/cli/scan_finish.h"
+#include "capture/cli/scan_page.h"
 #include "capture/cli/scan_talk.h"
+#include "capture/color/color_record.h"
 #include "capture/session/request_json.h"
 #include "capture/session/scan_session.h"
 #include "capture/session/unit_profile.h"
@@ -90,6 +93,18 @@ void announce(const Negotiated& negotiated, const Capabilities& capabilities,
                           {"adjusted", adjusted}});
 }
 
+void show_end(const ScanRecord& record, ScanPage& page, const std::stop_token& stop) {
+  std::error_code none;
+  const std::filesystem::path receipt = std::filesystem::exists(record.names.receipt, none)
+                                            ? record.names.receipt
+                                            : std::filesystem::path();
+  if (!record.development) return page.finish({}, receipt, "There is no picture.", stop);
+  const Development& d = *record.development;
+  if (!d.written) return page.finish({}, receipt, d.why_not, stop);
+  page.finish(record.want_view ? record.names.png : std::filesystem::path(), receipt,
+              describe_registration(d.registration), stop);
+}
+
 }  // namespace
 
 ExitCode run_scan(const ScanJob& job, Work& work) {
@@ -100,6 +115,11 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
       as_failure(Doing::kReadingOptions, [&] { return job.picture.resolve_profile(); });
   // The options are looked at before any device is touched.
   as_failure(Doing::kReadingOptions, [&] { static_cast<void>(job.scan.request()); });
+  std::optional<ScanPage> page;
+  if (job.page.any() && !job.dont_scan) {
+    as_failure(Doing::kReadingOptions,
+               [&] { page.emplace(job.page, srgb_from_output(base.color), reporter); });
+  }
   const std::filesystem::path directory = job.place.directory();
   std::optional<PreparedDirectory> prepared, prepared_record;
   if (!job.dont_scan) prepared.emplace(directory);
@@ -108,7 +128,7 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
 
   Opened opened = open_device(job, reporter);
   Scanner& scanner = *opened.device.scanner;
-  ScanTalk talk(reporter);
+  ScanTalk talk(reporter, page ? &*page : nullptr);
   if (job.load && !job.dont_scan) {
     as_failure(Doing::kReadingOptions, [&] { scanner.load(talk); });
   }
@@ -165,10 +185,15 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
       record.settings.profile = use_profile(profile, context, lines.format().x_dpi);
       const int n_lines = lines.format().n_lines;
       const DevelopProgress progress = develop_progress(reporter, true, n_lines);
+      DevelopOptions options = record.options_with_paths();
+      if (page) options.live = &*page;
       record.development = develop(
-          lines, record.options_with_paths(),
+          lines, options,
           [&](DevelopPhase phase, double fraction) {
-            if (phase == DevelopPhase::kReconstruct) scanned = true;
+            if (phase == DevelopPhase::kReconstruct) {
+              scanned = true;
+              if (page) page->set_phase("finishing");
+            }
             progress(phase, fraction);
           },
           stop);
@@ -190,7 +215,9 @@ ExitCode run_scan(const ScanJob& job, Work& work) {
   // Closes the recording, so that it can be hashed, and frees the unit before anything slow.
   opened.device.scanner.reset();
   record.master = master.result();
-  return finish_scan(record, end_develop.get_token(), work);
+  const ExitCode code = finish_scan(record, end_develop.get_token(), work);
+  if (page) show_end(record, *page, work.signals.stop());
+  return code;
 }
 
 }  // namespace reseau::cli

@@ -7,6 +7,7 @@
 #include "capture/cli/develop_choice.h"
 #include "capture/cli/program.h"
 #include "capture/cli/scan_choice.h"
+#include "capture/cli/scan_page.h"
 
 namespace reseau::cli {
 
@@ -14,6 +15,7 @@ struct ScanJob {
   ScanChoice scan;
   PlaceChoice place;
   DevelopChoice picture;
+  PageChoice page;
   std::filesystem::path record;  // empty = none
   bool dont_scan = false;
   bool load = false, eject = false;  // before and after
@@ -22,6 +24,9 @@ struct ScanJob {
   double replay_speed = 0;
   std::string replay_fault;
 };
+
+// Of `scan` and `serve`, but for --page.
+void add_scan_options(CLI::App& app, ScanJob& job);
 
 // Says what it will do, scans, reconstructs, writes the receipt, prints the path of the picture (of
 // the master where there is none). Throws Failure and whatever describe() understands.

@@ -53,6 +53,7 @@ void ScanTalk::began(const LineFormat& format, const CaptureContext& context) {
   }
   reporter_.event("settled", fields);
   reporter_.phase("scan", settled);
+  if (page_ != nullptr) page_->set_phase("scanning");
 }
 
 void ScanTalk::progress(int lines_read, int lines_committed, int n_lines) {
@@ -60,6 +61,7 @@ void ScanTalk::progress(int lines_read, int lines_committed, int n_lines) {
   // What is safe on disk is what counts.
   reporter_.progress("scan", {static_cast<double>(lines_committed), static_cast<double>(n_lines),
                               "lines", lines_committed * bytes_per_line_});
+  if (page_ != nullptr) page_->set_lines(lines_committed, n_lines);
 }
 
 double master_bytes(const LineFormat& format) {

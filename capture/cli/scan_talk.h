@@ -4,6 +4,7 @@
 #include <string>
 
 #include "capture/cli/reporter.h"
+#include "capture/cli/scan_page.h"
 #include "capture/session/scan_session.h"
 #include "drivers/scan_plan.h"
 #include "drivers/scanner.h"
@@ -13,7 +14,9 @@ namespace reseau::cli {
 // Thread-safe, as SessionObserver asks.
 class ScanTalk final : public SessionObserver {
  public:
-  explicit ScanTalk(Reporter& reporter) : reporter_(reporter) {}
+  // The page, if any, is told how far the scan is.
+  explicit ScanTalk(Reporter& reporter, ScanPage* page = nullptr)
+      : reporter_(reporter), page_(page) {}
   void phase(ScanPhase phase, const std::string& detail) override;
   void note(const std::string& sentence) override;
   void began(const LineFormat& format, const CaptureContext& context) override;
@@ -21,6 +24,7 @@ class ScanTalk final : public SessionObserver {
 
  private:
   Reporter& reporter_;
+  ScanPage* page_;
   double bytes_per_line_ = 0;
 };
 

@@ -33,6 +33,8 @@ void add_replay(Program& program) {
   app->add_flag("--no-reconstruct", options->job.no_reconstruct, "Only the master")
       ->group("Picture");
   options->job.picture.add_to(*app);
+  options->job.page.add_flag_to(*app);
+  options->job.page.add_listen_to(*app);
 }
 
 }  // namespace reseau::cli

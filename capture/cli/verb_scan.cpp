@@ -5,6 +5,19 @@
 
 namespace reseau::cli {
 
+void add_scan_options(CLI::App& app, ScanJob& job) {
+  job.scan.add_to(app);
+  app.add_flag("-n,--dont-scan", job.dont_scan, "Say what would be done, and stop there")
+      ->group("Scan");
+  app.add_flag("--load", job.load, "Load the film or the next slide first")->group("Scan");
+  app.add_flag("--eject", job.eject, "Eject the film afterwards")->group("Scan");
+  app.add_option("--record", job.record, "Keep the whole session as FILE.pcapng")->group("Files");
+  job.place.add_to(app);
+  app.add_flag("--no-reconstruct", job.no_reconstruct, "Only the master")->group("Picture");
+  job.picture.add_to(app);
+  job.page.add_listen_to(app);
+}
+
 void add_scan(Program& program) {
   auto job = std::make_shared<ScanJob>();
   CLI::App* app = program.add_verb(
@@ -19,15 +32,8 @@ void add_scan(Program& program) {
       "reseau scan -o scans\n"
       "reseau scan -d sim:ls5000 --resolution 4000dpi -x 5mm -y 4mm -o scans",
       [job](Work& work) { return run_scan(*job, work); });
-  job->scan.add_to(*app);
-  app->add_flag("-n,--dont-scan", job->dont_scan, "Say what would be done, and stop there")
-      ->group("Scan");
-  app->add_flag("--load", job->load, "Load the film or the next slide first")->group("Scan");
-  app->add_flag("--eject", job->eject, "Eject the film afterwards")->group("Scan");
-  app->add_option("--record", job->record, "Keep the whole session as FILE.pcapng")->group("Files");
-  job->place.add_to(*app);
-  app->add_flag("--no-reconstruct", job->no_reconstruct, "Only the master")->group("Picture");
-  job->picture.add_to(*app);
+  add_scan_options(*app, *job);
+  job->page.add_flag_to(*app);
 }
 
 }  // namespace reseau::cli

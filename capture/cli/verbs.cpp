@@ -8,6 +8,7 @@ void add_all_verbs(Program& program) {
   add_dump(program);
   add_preview(program);
   add_scan(program);
+  add_serve(program);
   add_calibrate(program);
   add_eject(program);
   add_unstick(program);

@@ -10,6 +10,7 @@ void add_doctor(Program& program);
 void add_dump(Program& program);
 void add_preview(Program& program);
 void add_scan(Program& program);
+void add_serve(Program& program);
 void add_eject(Program& program);
 void add_unstick(Program& program);
 void add_replay(Program& program);
