@@ -143,7 +143,6 @@ Development finish_picture(const SeenScan& scan, const DevelopOptions& options, 
     result.why_not = "The reconstruction was stopped.";
     return result;
   };
-  if (scan.infrared()) result.learned = learn_silver_from_rgb(scan.whole(), options.tone, stop);
   ColorRecipe recipe = options.color;
   const auto factors = white_balance_of(source, result.registration, options, stop);
   if (!factors) return stopped();
@@ -170,6 +169,8 @@ Development finish_picture(const SeenScan& scan, const DevelopOptions& options, 
   if (!ending.ended) return stopped();
   result.rendered_at = sink.made_at();
   result.picture = writer.result();
+  // For other scans: this picture does not wait for it.
+  if (scan.infrared()) result.learned = learn_silver_from_rgb(scan.whole(), options.tone, stop);
   result.written = true;
   return result;
 }
