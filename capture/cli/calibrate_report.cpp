@@ -276,6 +276,7 @@ std::string calibration_html(const CalibrationReport& report) {
   }
   if (report.focus != nullptr) out += focus_html(*report.focus);
   if (report.gate != nullptr) out += gate_html(*report.gate);
+  if (report.random != nullptr) out += random_html(*report.random, *report.random_pairs);
   const bool fitted = report.psf != nullptr && report.psf_edges != nullptr && report.psf->ok;
   for (const MeasuredFile& file : report.files) {
     out += "<h2>" + xml_text(file.path.filename().string()) + "</h2>\n";

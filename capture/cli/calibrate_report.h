@@ -10,17 +10,20 @@
 #include "capture/cli/calibrate_focus.h"
 #include "capture/cli/calibrate_gate.h"
 #include "capture/cli/calibrate_psf.h"
+#include "capture/cli/calibrate_random.h"
 #include "capture/cli/calibrate_run.h"
 
 namespace reseau::cli {
 
 struct CalibrationReport {
   const std::vector<MeasuredFile>& files;
-  const PsfFit* psf = nullptr;           // null: not fitted
-  const PsfChoice* psf_edges = nullptr;  // what it was made of
-  const Profile* profile = nullptr;      // null: nothing that belongs to one unit
-  const FocusResult* focus = nullptr;    // null: fewer than three settings
-  const GateResult* gate = nullptr;      // null: no scans of an open frame
+  const PsfFit* psf = nullptr;                        // null: not fitted
+  const PsfChoice* psf_edges = nullptr;               // what it was made of
+  const Profile* profile = nullptr;                   // null: nothing that belongs to one unit
+  const FocusResult* focus = nullptr;                 // null: fewer than three settings
+  const GateResult* gate = nullptr;                   // null: no scans of an open frame
+  const std::vector<RandomOfFile>* random = nullptr;  // null: no random target
+  const std::vector<RandomAgainstEdge>* random_pairs = nullptr;  // with `random`
   std::string made_at_utc;
 };
 

@@ -15,6 +15,7 @@
 #include "capture/cli/calibrate_focus.h"
 #include "capture/cli/calibrate_gate.h"
 #include "capture/cli/calibrate_psf.h"
+#include "capture/cli/calibrate_random.h"
 #include "capture/cli/calibrate_report.h"
 #include "capture/cli/calibrate_run.h"
 #include "capture/cli/develop_choice.h"
@@ -30,7 +31,8 @@ namespace reseau::cli {
 namespace {
 
 struct CalibrateArguments {
-  std::vector<std::string> files, gate;
+  std::vector<std::string> files, gate, random;
+  std::string target = "1,3.2";
   BenchChoice bench;
   std::string roi, infrared_file, profile, model, serial, report;
   std::optional<double> gamma;
@@ -111,6 +113,7 @@ struct Gathered {
   std::vector<MeasuredFile> files;
   std::vector<FocusShot> focus;
   std::vector<GateScan> gate;
+  std::vector<RandomOfFile> random;
   CaptureContext gate_context;  // of the first file of an open frame
   double gate_dpi = 0;
 };
@@ -134,6 +137,17 @@ bool gather_files(const CalibrateArguments& options, const MeasureChoice& choice
     out.gate_context = context;
     out.gate_dpi = dpi;
   }
+  const TargetName target =
+      as_failure(Doing::kReadingOptions, [&] { return parse_target(options.target); });
+  for (const std::string& path : options.random) {
+    if (work.signals.stop().stop_requested()) return false;
+    // A region is that of the one file it is given with.
+    MeasureChoice of_target = choice;
+    if (!options.files.empty()) of_target.roi.reset();
+    out.random.push_back(as_failure(Doing::kReadingInput, [&] {
+      return measure_random_file(path, target, options.dpi, of_target, work.reporter);
+    }));
+  }
   return true;
 }
 
@@ -154,7 +168,7 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
   const bool profiles = std::ranges::any_of(options.files, is_profile);
   if (options.compare && profiles) return run_compare(options, work);
   // With neither scans nor an open frame to read, a scanner makes them.
-  const bool bench = options.files.empty() && options.gate.empty();
+  const bool bench = options.files.empty() && options.gate.empty() && options.random.empty();
   if (!bench && !options.bench.scan.device.empty()) {
     throw Failure(kExitUsage, "Files were given and a scanner.",
                   "Leave out the files to calibrate at the scanner, or --device to measure files.");
@@ -162,7 +176,8 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
   MeasureChoice choice;
   as_failure(Doing::kReadingOptions, [&] {
     if (!options.roi.empty()) choice.roi = parse_roi(options.roi);
-    if (choice.roi && options.files.size() != 1) {
+    const std::size_t n = options.files.empty() ? options.random.size() : options.files.size();
+    if (choice.roi && n != 1) {
       throw InputError("--roi is a region of one file; give one file with it.");
     }
   });
@@ -210,6 +225,18 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
     result["gate"] = gate_to_json(*gate);
     reporter.result_line(describe(*gate));
   }
+  const std::vector<RandomAgainstEdge> pairs = against_edges(all.random, all.files);
+  if (!all.random.empty()) {
+    result["random"] = nlohmann::ordered_json::array();
+    for (const RandomOfFile& file : all.random) {
+      result["random"].push_back(random_to_json(file));
+      reporter.result_line(describe(file));
+    }
+  }
+  if (!pairs.empty()) {
+    result["random_against_edges"] = against_to_json(pairs);
+    reporter.result_line(describe(pairs));
+  }
   const bool keep = bench || options.save || !options.profile.empty();
   std::optional<PsfFit> psf;
   PsfChoice psf_choice;
@@ -233,13 +260,15 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
   }
   if (!report.empty()) {
     write_text(report,
-               calibration_html({all.files, psf ? &*psf : nullptr, &psf_choice,
-                                 profile ? &*profile : nullptr, focus ? &*focus : nullptr,
-                                 gate ? &*gate : nullptr, utc_now(false)}),
+               calibration_html(
+                   {all.files, psf ? &*psf : nullptr, &psf_choice, profile ? &*profile : nullptr,
+                    focus ? &*focus : nullptr, gate ? &*gate : nullptr,
+                    all.random.empty() ? nullptr : &all.random, &pairs, utc_now(false)}),
                reporter);
     result["report"] = report;
   }
-  const bool useful = any || (gate && all.files.empty());
+  const bool spread = std::ranges::any_of(all.random, &RandomOfFile::measured);
+  const bool useful = any || ((gate || spread) && all.files.empty());
   if (profile && useful && (keep || options.compare)) {
     as_failure(Doing::kReadingInput, [&] { check_profile(*profile); });
     if (options.compare) compare_with_kept(*profile, reporter, result);
@@ -254,7 +283,7 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
   }
   reporter.result_json(result);
   if (!useful) {
-    reporter.warning("No edge could be measured; the reasons stand beside each channel.");
+    reporter.warning("Nothing could be measured; the reasons stand beside each channel.");
     return kExitInput;
   }
   return kExitOk;
@@ -281,6 +310,14 @@ void add_calibrate(Program& program) {
   app->add_option("--gate", options->gate,
                   "A scan of an open frame; again for scans of other exposures")
       ->allow_extra_args(false);
+  app->add_option(
+         "--random", options->random,
+         "A scan of a random target, for the spread of a point in both directions at once;\n"
+         "the middle of the picture, or with no FILES the region of --roi")
+      ->allow_extra_args(false);
+  app->add_option(
+      "--target", options->target,
+      "Which random target: SEED,CELL_UM (1,3.2), as 'simulate --film random' makes it");
   options->bench.add_to(*app);
   app->add_option("--roi", options->roi, "The region of the edge, x,y,width,height in pixels");
   app->add_option("--gamma", options->gamma,

@@ -10,8 +10,8 @@ using Json = nlohmann::ordered_json;
 
 Json film_json(const sim::FilmSpec& f) {
   constexpr std::array<const char*, 3> kKinds{"dufay", "none", "empty"};
-  constexpr std::array<const char*, 9> kScenes{"chart", "natural", "sweep", "edges", "zone",
-                                               "star",  "image",   "razor", "clear"};
+  constexpr std::array<const char*, 10> kScenes{"chart", "natural", "sweep", "edges", "zone",
+                                                "star",  "image",   "razor", "clear", "random"};
   constexpr std::array<const char*, 7> kDyes{"harrison_horner", "cornwell_clyne", "collins_giles",
                                              "neblette",        "thames",         "dioptichrome",
                                              "measured"};
@@ -40,6 +40,7 @@ Json film_json(const sim::FilmSpec& f) {
           {"bend_px", s.bend_px},
           {"mirrored", f.mirrored},
           {"edge_angle_deg", f.edge_angle_deg},
+          {"random_cell_um", f.random_cell_um},
           {"finest_cy_per_px", f.finest_cy_per_px},
           {"spokes", f.spokes},
           {"dyes",

@@ -66,10 +66,12 @@ const std::vector<WordKey>& film_word_keys() {
                     {{"dufay", [](SimSpec& s) { s.film.kind = FilmKind::kDufay; }},
                      {"none", [](SimSpec& s) { s.film.kind = FilmKind::kPlain; }},
                      {"empty", [](SimSpec& s) { s.film.kind = FilmKind::kEmpty; }},
+                     {"random", [](SimSpec& s) { set_target(s, SceneKind::kRandom); }},
                      {"razor", [](SimSpec& s) { set_target(s, SceneKind::kRazor); }},
                      {"clear", [](SimSpec& s) { set_target(s, SceneKind::kClear); }}},
                     "a film with the named screen, a silver picture without a réseau, no film, "
-                    "blades with slanted edges, or a holder with an open frame",
+                    "blades with slanted edges, cells that are clear by chance, or a holder with "
+                    "an open frame",
                     {}},
                    [](SimSpec& s, ScreenKind kind) {
                      s.film.kind = FilmKind::kDufay;
@@ -82,6 +84,7 @@ const std::vector<WordKey>& film_word_keys() {
         {"edges", [](SimSpec& s) { s.film.scene = SceneKind::kEdges; }},
         {"image", [](SimSpec& s) { s.film.scene = SceneKind::kImage; }},
         {"natural", [](SimSpec& s) { s.film.scene = SceneKind::kNatural; }},
+        {"random", [](SimSpec& s) { s.film.scene = SceneKind::kRandom; }},
         {"razor", [](SimSpec& s) { s.film.scene = SceneKind::kRazor; }},
         {"star", [](SimSpec& s) { s.film.scene = SceneKind::kStar; }},
         {"sweep", [](SimSpec& s) { s.film.scene = SceneKind::kSweep; }},
@@ -138,8 +141,10 @@ const std::vector<NumberKey>& film_keys() {
       {"fade", 0, 1, false, "0 fresh dyes, 1 grey elements",
        [](SimSpec& s, double v) { s.film.dyes.fade = v; }},
       {"edge_angle", -89, 89, false,
-       "of the borders of scene=edges, of film=razor from the y axis [degree]",
+       "of the borders of scene=edges, film=razor, film=random from the y axis [degree]",
        [](SimSpec& s, double v) { s.film.edge_angle_deg = v; }},
+      {"random_cell_um", 1, 50, false, "side of a cell of film=random; which are clear, seed says",
+       [](SimSpec& s, double v) { s.film.random_cell_um = v; }},
       {"finest", 0.01, 8, false, "frequency of scene=zone at half its smaller side [cycles/px]",
        [](SimSpec& s, double v) { s.film.finest_cy_per_px = v; }},
       {"spokes", 2, 720, true, "of scene=star",

@@ -15,7 +15,18 @@ struct SceneRaster;
 
 // With réseau, silver only, no film at all.
 enum class FilmKind { kDufay, kPlain, kEmpty };
-enum class SceneKind { kChart, kNatural, kSweep, kEdges, kZone, kStar, kImage, kRazor, kClear };
+enum class SceneKind {
+  kChart,
+  kNatural,
+  kSweep,
+  kEdges,
+  kZone,
+  kStar,
+  kImage,
+  kRazor,
+  kClear,
+  kRandom
+};
 
 // Area of one frame in optical pixels; a strip repeats it along y.
 struct FrameSpec {
@@ -89,7 +100,8 @@ struct FilmSpec {
   SceneKind scene = SceneKind::kChart;
   std::shared_ptr<const SceneRaster> raster;  // kImage
   std::string picture;                        // the file it was read from, if it was one
-  double edge_angle_deg = 5;                  // kEdges, kRazor
+  double edge_angle_deg = 5;                  // kEdges, kRazor, kRandom
+  double random_cell_um = 3.2;                // kRandom
   double finest_cy_per_px = 0.5;              // kZone
   int spokes = 72;                            // kStar
   FrameSpec frame;

@@ -54,6 +54,11 @@ FilmStrip::FilmStrip(const FilmSpec& spec)
     case SceneKind::kRazor:
       scenes_.push_back(make_razor_scene(width, height, spec.edge_angle_deg));
       break;
+    case SceneKind::kRandom:
+      scenes_.push_back(make_random_scene(width, height, spec.seed,
+                                          spec.random_cell_um / spec.frame.pixel_um,
+                                          spec.edge_angle_deg));
+      break;
     case SceneKind::kClear:
       scenes_.push_back(make_clear_scene());
       break;

@@ -35,7 +35,8 @@ class FilmStrip {
   [[nodiscard]] bool has_fine_detail() const { return scenes_.front()->has_fine_detail(); }
   // True when the scene has steps, which cells of any size have within them.
   [[nodiscard]] bool has_steps() const {
-    return spec_.scene == SceneKind::kEdges || spec_.scene == SceneKind::kRazor;
+    return spec_.scene == SceneKind::kEdges || spec_.scene == SceneKind::kRazor ||
+           spec_.scene == SceneKind::kRandom;
   }
   // Whether the soft ends of border and rebate are near a place of a row between x0 and x1.
   [[nodiscard]] bool near_frame(double y, double x0, double x1) const;

@@ -88,6 +88,12 @@ struct SceneRaster {
 [[nodiscard]] std::unique_ptr<Scene> make_razor_scene(double width_px, double height_px,
                                                       double angle_deg);
 
+// 1024 by 1024 square cells in the middle, clear or opaque by chance, turned by angle_deg; opaque
+// around. calibration/random/random_cells.h says which.
+[[nodiscard]] std::unique_ptr<Scene> make_random_scene(double width_px, double height_px,
+                                                       std::uint64_t seed, double cell_px,
+                                                       double angle_deg);
+
 // Nothing in the light path.
 [[nodiscard]] std::unique_ptr<Scene> make_clear_scene();
 

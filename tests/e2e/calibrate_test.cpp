@@ -102,6 +102,53 @@ TEST(CalibrateE2e, TheReportHoldsTablesPlotsAndTheSharedOptics) {
   EXPECT_EQ(reseau(command).exit_code, 74);
 }
 
+// The same lens sees an edge and a random target: both say how sharp it is, by ways that have
+// nothing in common.
+TEST(CalibrateE2e, ARandomTargetAgreesWithEdgesOfTheSameLens) {
+  const TempDir dir;
+  const auto simulate = [&](const char* name, const std::vector<std::string>& what) {
+    std::vector<std::string> command{"simulate",    "--set", "optics=coolscan", "--set",
+                                     "noise=0.001", "-o",    dir / name};
+    command.insert(command.end(), what.begin(), what.end());
+    ASSERT_EQ(reseau(command).exit_code, 0);
+  };
+  simulate("random.tif", {"--film", "random", "--seed", "7", "--width", "112", "--height", "100"});
+  simulate("edge.tif", {"--film", "none", "--scene", "edges", "--width", "500", "--height", "500"});
+  const ProcessResult run = reseau({"calibrate", dir / "edge.tif", "--random", dir / "random.tif",
+                                    "--target", "7,3.2", "--roi", "192,288,112,112", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json result = json_lines(run.out).front();
+  const nlohmann::json& channels = result.at("random").at(0).at("channels");
+  for (const char* name : {"red", "green", "blue", "infrared"}) {
+    const nlohmann::json& c = channels.at(name);
+    ASSERT_EQ(c.at("status"), "ok") << name;
+    EXPECT_NEAR(c.at("turn_deg").get<double>(), 5, 0.02) << name;
+    EXPECT_LT(c.at("relative_sd").get<double>(), 0.02) << name;
+    EXPECT_LT(c.at("target_sd_px").at(0).get<double>(), 0.01) << name;
+    EXPECT_EQ(c.at("psf_per_px2").size(), 19 * 19) << name;
+  }
+  int compared = 0;
+  for (const nlohmann::json& pair : result.at("random_against_edges")) {
+    const double random = pair.at("mtf50_random"), edge = pair.at("mtf50_edge");
+    const double sd = std::hypot(pair.at("mtf50_random_sd").get<double>(),
+                                 pair.at("mtf50_edge_sd").get<double>());
+    EXPECT_NEAR(random, edge, 3 * sd + 0.006 * edge) << pair;
+    EXPECT_NEAR(random, edge, 0.03 * edge) << pair;
+    ++compared;
+  }
+  EXPECT_GE(compared, 4);
+  // Another target than the one that was laid in.
+  const ProcessResult wrong = reseau({"calibrate", "--random", dir / "random.tif", "--target",
+                                      "8,3.2", "--report", dir / "a.html", "--json"});
+  EXPECT_EQ(wrong.exit_code, 65);
+  const nlohmann::json green =
+      json_lines(wrong.out).front().at("random").at(0).at("channels").at("green");
+  EXPECT_EQ(green.at("status"), "not_this_target");
+  EXPECT_FALSE(green.contains("psf_per_px2"));
+  EXPECT_THAT(file_bytes(dir / "a.html"), HasSubstr("does not look like the random target"));
+  EXPECT_EQ(reseau({"calibrate", "--random", dir / "random.tif", "--target", "x"}).exit_code, 64);
+}
+
 TEST(CalibrateE2e, SaysWhatIsWrongWithFileAndRegion) {
   const TempDir dir;
   EXPECT_EQ(reseau({"calibrate", dir / "none.tif"}).exit_code, 65);

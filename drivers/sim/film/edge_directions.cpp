@@ -30,7 +30,8 @@ Film::Edges edges_of(const FilmSpec& spec) {
       spec.scene == SceneKind::kImage) {
     edges.contrast = 1;
   }
-  if (spec.scene == SceneKind::kEdges || spec.scene == SceneKind::kRazor) {
+  if (spec.scene == SceneKind::kEdges || spec.scene == SceneKind::kRazor ||
+      spec.scene == SceneKind::kRandom) {
     edges.scene_off_axes_deg = off_axes_deg(spec.edge_angle_deg);
     edges.scene_contrast = 1;
   }
@@ -67,7 +68,7 @@ Film::Edges edges_of(const FilmSpec& spec) {
     edges.fewest_cells = std::max(edges.fewest_cells, 8);
   }
   edges.tents = farthest < kNearAxes && edges.radius_px == 0 && !edges.spreads &&
-                spec.scene != SceneKind::kRazor;
+                spec.scene != SceneKind::kRazor && spec.scene != SceneKind::kRandom;
   return edges;
 }
 
