@@ -39,7 +39,8 @@ class SplineCells {
 
 // Where knot or sample k of n (odd) lies, from the middle one.
 [[nodiscard]] inline double from_middle(std::ptrdiff_t k, std::ptrdiff_t n) {
-  return static_cast<double>(k - n / 2);
+  const std::ptrdiff_t away = k - n / 2;
+  return static_cast<double>(away);
 }
 
 // Cubic B-spline with its middle at 0 and knots 1 apart, integral 1; its slope.
