@@ -36,7 +36,7 @@ Film::Edges edges_of(const FilmSpec& spec) {
     edges.scene_contrast = 1;
   }
   // Nothing but edges.
-  if (spec.scene == SceneKind::kRazor) edges.fewest_cells = 8;
+  if (spec.scene == SceneKind::kRazor || spec.scene == SceneKind::kRandom) edges.fewest_cells = 8;
   if (spec.kind != FilmKind::kDufay) return edges;
   // Light passes a clear gap undyed and exposes the film behind it; a dark one has two edges.
   if (spec.print.overlap_um < 0) {
