@@ -8,6 +8,7 @@
 #include "drivers/sim/film.h"
 #include "drivers/sim/film/element_response.h"
 #include "drivers/sim/hash.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
 namespace {
@@ -212,6 +213,40 @@ float ElementPainter::cover_polygon(const Shape& s, float du, float dv, float gr
   return sum / weights;
 }
 
+// cover_polygon() of a block of cells; only those with a corner one by one.
+void ElementPainter::cover_polygons(const Shape& s, const float* u, const float* v, float grow_px,
+                                    std::array<float, kBlockPx>& out) const {
+  const auto cu = static_cast<float>(s.shape->center.x), cv = static_cast<float>(s.shape->center.y);
+  std::array<float, kBlockPx> du{}, dv{}, edges{};
+  float *const off_u = du.data(), *const off_v = dv.data(), *const met = edges.data();
+  float* const covered = out.data();
+  widest([=]() RESEAU_SIM_INLINE {
+    float* __restrict const to_u = off_u, * __restrict const to_v = off_v;
+    for (std::size_t i = 0; i < kBlockPx; ++i) {
+      to_u[i] = u[i] - cu - floor_of(u[i] - cu + 0.5F);
+      to_v[i] = v[i] - cv - floor_of(v[i] - cv + 0.5F);
+      covered[i] = 1;
+    }
+  });
+  const std::vector<ScreenBand>& bands = s.shape->bands;
+  for (std::size_t b = 0; b < bands.size(); ++b) {
+    const auto n_u = static_cast<float>(bands[b].n.x), n_v = static_cast<float>(bands[b].n.y);
+    const float half = static_cast<float>(bands[b].half) + grow_px * s.per_px[b];
+    const EdgeRamp ramp = s.ramps[b];
+    widest([=]() RESEAU_SIM_INLINE {
+      float* __restrict const to = covered, * __restrict const to_met = met;
+      for (std::size_t i = 0; i < kBlockPx; ++i) {
+        const float one = ramp(half - std::abs(n_u * off_u[i] + n_v * off_v[i]));
+        to_met[i] += one < kWhole ? 1.0F : 0.0F;
+        to[i] *= one;
+      }
+    });
+  }
+  for (std::size_t i = 0; i < kBlockPx; ++i) {
+    if (edges[i] > 1 && out[i] != 0) out[i] = cover_polygon(s, du[i], dv[i], grow_px);
+  }
+}
+
 void ElementPainter::cover(Shape& s, const Block& block, const float* u, const float* v,
                            Cover& out) const {
   const ScreenShape& shape = *s.shape;
@@ -225,14 +260,18 @@ void ElementPainter::cover(Shape& s, const Block& block, const float* u, const f
     const auto half = static_cast<float>(band.half);
     const float grow = half_band_px * s.per_px[0];
     const float centre = n_u * cu + n_v * cv;
-    const EdgeRamp& ramp = s.ramps[0];
+    const EdgeRamp ramp = s.ramps[0];
     if (!errors_) {
-      for (std::size_t i = 0; i < kBlockPx; ++i) {
-        const float t = n_u * u[i] + n_v * v[i] - centre;
-        const float d = std::abs(t - floor_of(t + 0.5F));
-        out.inner[i] = ramp(half - grow - d);
-        out.outer[i] = ramp(half + grow - d);
-      }
+      float *const inner = out.inner.data(), *const outer = out.outer.data();
+      widest([=]() RESEAU_SIM_INLINE {
+        float* __restrict const to_inner = inner, * __restrict const to_outer = outer;
+        for (std::size_t i = 0; i < kBlockPx; ++i) {
+          const float t = n_u * u[i] + n_v * v[i] - centre;
+          const float d = std::abs(t - floor_of(t + 0.5F));
+          to_inner[i] = ramp(half - grow - d);
+          to_outer[i] = ramp(half + grow - d);
+        }
+      });
       return;
     }
     const double base = band.n.x * (block.base_u - kAhead) + band.n.y * (block.base_v - kAhead);
@@ -269,6 +308,12 @@ void ElementPainter::cover(Shape& s, const Block& block, const float* u, const f
     }
     return;
   }
+  if (!errors_ && shape.kind == ScreenShape::Kind::kPolygon) {
+    cover_polygons(s, u, v, -half_band_px, out.inner);
+    out.outer = out.inner;
+    if (half_band_px > 0) cover_polygons(s, u, v, half_band_px, out.outer);
+    return;
+  }
   for (std::size_t i = 0; i < kBlockPx; ++i) {
     const float index_u = floor_of(u[i] - cu + 0.5F), index_v = floor_of(v[i] - cv + 0.5F);
     float du = u[i] - cu - index_u, dv = v[i] - cv - index_v;
@@ -300,19 +345,20 @@ void ElementPainter::paint_across(const Shape& shape, const Cover& cover,
   const int dye = 1 << shape.shape->color;
   float after[kDyeSets][kBlockPx];
   const std::size_t n_sets = sets_.size();
-  for (std::size_t k = 0; k < n_sets; ++k) {
-    const float* area = areas[k];
-    for (std::size_t i = 0; i < kBlockPx; ++i) after[k][i] = area[i] - cover.outer[i] * area[i];
-  }
+  const float *const inner = cover.inner.data(), *const outer = cover.outer.data();
+  widest([&]() RESEAU_SIM_INLINE {
+    for (std::size_t k = 0; k < n_sets; ++k) {
+      const float* const area = areas[k];
+      for (std::size_t i = 0; i < kBlockPx; ++i) after[k][i] = area[i] - outer[i] * area[i];
+    }
+  });
   for (std::size_t k = 0; k < n_sets && print_.overlap_um != 0; ++k) {
     float* to = after[slot_of_set_[static_cast<std::size_t>(between(sets_[k], dye))]];
     const float* area = areas[k];
-    for (std::size_t i = 0; i < kBlockPx; ++i) {
-      to[i] += (cover.outer[i] - cover.inner[i]) * area[i];
-    }
+    for (std::size_t i = 0; i < kBlockPx; ++i) to[i] += (outer[i] - inner[i]) * area[i];
   }
   float* own = after[slot_of_set_[static_cast<std::size_t>(dye)]];
-  for (std::size_t i = 0; i < kBlockPx; ++i) own[i] += cover.inner[i];
+  for (std::size_t i = 0; i < kBlockPx; ++i) own[i] += inner[i];
   for (std::size_t k = 0; k < n_sets; ++k) std::copy_n(after[k], kBlockPx, areas[k]);
 }
 

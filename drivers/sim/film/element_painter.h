@@ -43,6 +43,8 @@ class ElementPainter {
   void cover(Shape& shape, const Block& block, const float* u, const float* v, Cover& out) const;
   void cover_disc(const Shape& shape, float du, float dv, float grow_px, float& inner,
                   float& outer) const;
+  void cover_polygons(const Shape& shape, const float* u, const float* v, float grow_px,
+                      std::array<float, 16>& out) const;
   [[nodiscard]] float cover_polygon(const Shape& shape, float du, float dv, float grow_px) const;
   void paint_across(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
   void paint_beside(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
