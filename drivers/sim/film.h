@@ -81,8 +81,8 @@ class Film {
     // Whether there is detail as fine as a third of a pixel everywhere; whether light or silver
     // spread.
     bool grainy = false, spreads = false;
-    // Cells per px that the film needs for itself.
-    int fewest_cells = 0, fewest_tents = 0;
+    // Cells per px that the film needs for itself; fewest_plain where no lens softens it.
+    int fewest_cells = 0, fewest_tents = 0, fewest_plain = 0;
   };
   [[nodiscard]] virtual Edges edges() const { return {}; }
   [[nodiscard]] virtual Extent extent() const = 0;

@@ -102,7 +102,7 @@ int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full)
     int cells = hard || fine || fewest > 6 ? kMostPlain : 6;
     while (cells < kMostPlain && edge_error(spread_px2, cells, edges, tents) > kFullError)
       cells += 2;
-    return cells;
+    return std::max(cells, edges.fewest_plain);
   }
   std::vector<OpticalTransfer> transfers;
   transfers.reserve(kChannels);

@@ -37,11 +37,13 @@ Film::Edges edges_of(const FilmSpec& spec) {
   }
   // Nothing but edges.
   if (spec.scene == SceneKind::kRazor || spec.scene == SceneKind::kRandom) edges.fewest_cells = 8;
+  if (edges.spreads) edges.fewest_plain = 10;
   if (spec.kind != FilmKind::kDufay) return edges;
   // Light passes a clear gap undyed and exposes the film behind it; a dark one has two edges.
   if (spec.print.overlap_um < 0) {
     edges.contrast = 1;
     edges.fewest_cells = 8;
+    if (frame_px < kSmallFrame) edges.fewest_plain = 10;
   }
   const ScreenGradient g = PlacedScreen(spec).scan_gradient();
   const ScreenDescription screen = describe_screen(spec.screen);
