@@ -100,6 +100,7 @@ void add_bench(Program& program) {
   app->add_option("--threads", options->n_threads, "Threads; 0 = all cores")
       ->check(CLI::Range(0, 1024));
   add_bench_reconstruction(program, group);
+  add_bench_speed(program, group);
 }
 
 }  // namespace reseau::cli
