@@ -197,6 +197,7 @@ ordered_json report_to_json(const Receipt& receipt) {
   put_number(object, "unmix_noise_gain", report.unmix_noise_gain);
   object["clipped_fraction"] = by_channel(report.clipped_fraction, n_channels);
   object["skipped"] = report.skipped;
+  put_number(object, "blank_fraction", report.blank_fraction);
   return object;
 }
 

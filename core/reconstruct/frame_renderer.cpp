@@ -72,14 +72,16 @@ PixelBounds FrameRenderer::scan_rect(const PixelBounds& picture) const {
           std::clamp(rect.x1, 0, scan_width_px_), std::clamp(rect.y1, 0, scan_height_px_)};
 }
 
-void FrameRenderer::render(const SilverRows& silver, const PixelBounds& rect, float* out,
-                           std::ptrdiff_t row_stride) const {
+FrameRenderer::Work FrameRenderer::render(const SilverRows& silver, const PixelBounds& rect,
+                                          float* out, std::ptrdiff_t row_stride) const {
+  Work work;
   Window window{scan_rect(rect), {}};
   const bool empty = window.rect.width() < 1 || window.rect.height() < 1;
   if (!empty) {
     const auto stride = static_cast<std::ptrdiff_t>(window.rect.width()) * 3;
     window.rgb.resize(static_cast<std::size_t>(stride * window.rect.height()));
-    renderer_.render(silver, window.rect, window.rgb.data(), stride);
+    work.pixels = window.rgb.size() / 3;
+    work.blank_pixels = renderer_.render(silver, window.rect, window.rgb.data(), stride);
   }
   const SampleGrid grid(frame_, map_, rect);
   // The picture has no detail finer than a pixel of the scan.
@@ -99,6 +101,7 @@ void FrameRenderer::render(const SilverRows& silver, const PixelBounds& rect, fl
       for (std::size_t c = 0; c < 3; ++c) to[c] = share * sum[c];
     }
   }
+  return work;
 }
 
 }  // namespace reseau

@@ -27,8 +27,12 @@ class FrameRenderer {
   // The lines of the scan that a rectangle of the picture needs, without what the tile renderer
   // reaches beyond; empty when the rectangle lies outside the scan.
   [[nodiscard]] PixelBounds scan_rect(const PixelBounds& picture) const;
+  // What a rectangle took, in pixels of the scan.
+  struct Work {
+    std::size_t pixels = 0, blank_pixels = 0;
+  };
   // Writes the pixels of the rectangle, [row][pixel][3], `row_stride` floats from row to row.
-  void render(const SilverRows& silver, const PixelBounds& rect, float* out,
+  Work render(const SilverRows& silver, const PixelBounds& rect, float* out,
               std::ptrdiff_t row_stride) const;
 
  private:

@@ -36,12 +36,15 @@ struct Job {
   const std::stop_token& stop;
 };
 
-struct Clipped {
-  std::array<std::size_t, 4> samples{};  // R G B IR at full scale
+// What was met in a picture.
+struct Counts {
+  std::array<std::size_t, 4> clipped{};  // samples R G B IR at full scale
+  double of_samples = 0;                 // of a channel
+  std::size_t blank = 0;                 // pixels
   double of_pixels = 0;
 
-  void add(const std::array<std::size_t, 4>& more) {
-    for (std::size_t c = 0; c < 4; ++c) samples[c] += more[c];
+  void add_clipped(const std::array<std::size_t, 4>& more) {
+    for (std::size_t c = 0; c < 4; ++c) clipped[c] += more[c];
   }
 };
 
@@ -49,19 +52,20 @@ struct Clipped {
 int bands_at_once(int n_tiles_x) { return std::clamp(32 / n_tiles_x, 1, 16); }
 
 // Pixel by pixel as in the scan: each band of tiles reads its own lines.
-Clipped render_scan(const Job& job) {
+Counts render_scan(const Job& job) {
   const int width = job.source.format().width_px, height = job.source.committed();
   const int n_tiles_x = (width + kTileWidth - 1) / kTileWidth;
   const int step = bands_at_once(n_tiles_x) * kTileHeight;
-  Clipped clipped;
-  clipped.of_pixels = static_cast<double>(width) * height;
+  Counts counts;
+  counts.of_pixels = counts.of_samples = static_cast<double>(width) * height;
   std::vector<float> picture;
   for (int first = 0; first < height; first += step) {
-    if (job.stop.stop_requested()) return clipped;
+    if (job.stop.stop_requested()) return counts;
     const int end = std::min(height, first + step);
     picture.resize(static_cast<std::size_t>(end - first) * static_cast<std::size_t>(width) * 3);
     const int n_bands = (end - first + kTileHeight - 1) / kTileHeight;
     std::vector<std::array<std::size_t, 4>> band_clipped(static_cast<std::size_t>(n_bands));
+    std::vector<std::size_t> tile_blank(static_cast<std::size_t>(n_bands * n_tiles_x));
     with_threads(job.options.n_threads, [&] {
       parallel_for(n_bands, [&](int band) {
         const int y0 = first + band * kTileHeight, y1 = std::min(height, y0 + kTileHeight);
@@ -69,22 +73,23 @@ Clipped render_scan(const Job& job) {
         band_clipped[static_cast<std::size_t>(band)] = silver.clipped();
         parallel_for(n_tiles_x, [&](int tile) {
           const int x0 = tile * kTileWidth, x1 = std::min(width, x0 + kTileWidth);
-          job.renderer.render(
+          tile_blank[static_cast<std::size_t>(band * n_tiles_x + tile)] = job.renderer.render(
               silver, {x0, y0, x1, y1},
               picture.data() + (static_cast<std::ptrdiff_t>(y0 - first) * width + x0) * 3,
               static_cast<std::ptrdiff_t>(width) * 3);
         });
       });
     });
-    for (const auto& counts : band_clipped) clipped.add(counts);
+    for (const auto& clipped : band_clipped) counts.add_clipped(clipped);
+    for (const std::size_t blank : tile_blank) counts.blank += blank;
     job.sink.rows(first, end - first, picture);
     if (job.progress) job.progress(static_cast<double>(end) / height);
   }
-  return clipped;
+  return counts;
 }
 
 // Turned or scaled: a tile may need any lines, so the silver of all that are needed is kept.
-Clipped render_frame(const Job& job, const PictureFrame& frame, const ScreenMap& map) {
+Counts render_frame(const Job& job, const PictureFrame& frame, const ScreenMap& map) {
   const FrameRenderer renderer(job.renderer, frame, map, job.source.format().width_px,
                                job.source.committed());
   const int width = frame.width_px(), height = frame.height_px();
@@ -94,27 +99,33 @@ Clipped render_frame(const Job& job, const PictureFrame& frame, const ScreenMap&
   const SilverRows silver(job.silver, lines.y0, std::max(lines.y1, lines.y0 + 1));
   const int n_tiles_x = (width + side - 1) / side;
   const int step = bands_at_once(n_tiles_x) * side;
-  Clipped clipped;
-  clipped.add(silver.clipped());
-  clipped.of_pixels = static_cast<double>(job.source.format().width_px) * lines.height();
+  Counts counts;
+  counts.add_clipped(silver.clipped());
+  counts.of_samples = static_cast<double>(job.source.format().width_px) * lines.height();
   std::vector<float> picture;
   for (int first = 0; first < height; first += step) {
-    if (job.stop.stop_requested()) return clipped;
+    if (job.stop.stop_requested()) return counts;
     const int end = std::min(height, first + step);
     picture.resize(static_cast<std::size_t>(end - first) * static_cast<std::size_t>(width) * 3);
     const int n_bands = (end - first + side - 1) / side;
+    std::vector<FrameRenderer::Work> work(static_cast<std::size_t>(n_bands * n_tiles_x));
     with_threads(job.options.n_threads, [&] {
       parallel_for(n_bands * n_tiles_x, [&](int tile) {
         const int x0 = tile % n_tiles_x * side, y0 = first + tile / n_tiles_x * side;
-        renderer.render(silver, {x0, y0, std::min(width, x0 + side), std::min(end, y0 + side)},
-                        picture.data() + (static_cast<std::ptrdiff_t>(y0 - first) * width + x0) * 3,
-                        static_cast<std::ptrdiff_t>(width) * 3);
+        work[static_cast<std::size_t>(tile)] = renderer.render(
+            silver, {x0, y0, std::min(width, x0 + side), std::min(end, y0 + side)},
+            picture.data() + (static_cast<std::ptrdiff_t>(y0 - first) * width + x0) * 3,
+            static_cast<std::ptrdiff_t>(width) * 3);
       });
     });
+    for (const FrameRenderer::Work& of_tile : work) {
+      counts.blank += of_tile.blank_pixels;
+      counts.of_pixels += static_cast<double>(of_tile.pixels);
+    }
     job.sink.rows(first, end - first, picture);
     if (job.progress) job.progress(static_cast<double>(end) / height);
   }
-  return clipped;
+  return counts;
 }
 
 }  // namespace
@@ -138,15 +149,16 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   report.height_px = frame.height_px();
   report.turned_deg = frame.turned_deg();
   sink.begin(frame.width_px(), frame.height_px());
-  const Clipped clipped =
+  const Counts counts =
       frame.is_scan() ? render_scan(job) : render_frame(job, frame, registration.map);
   if (stop.stop_requested()) return report;
+  report.seconds_render = seconds_since(start) - report.seconds_sharpness;
   sink.end();
   for (std::size_t c = 0; c < 4; ++c) {
     report.clipped_fraction[c] =
-        static_cast<double>(clipped.samples[c]) / std::max<double>(1, clipped.of_pixels);
+        static_cast<double>(counts.clipped[c]) / std::max<double>(1, counts.of_samples);
   }
-  report.seconds_render = seconds_since(start) - report.seconds_sharpness;
+  report.blank_fraction = static_cast<double>(counts.blank) / std::max<double>(1, counts.of_pixels);
   return report;
 }
 

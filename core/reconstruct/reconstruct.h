@@ -172,6 +172,7 @@ struct ReconstructionReport {
   double unmix_noise_gain = 0;  // largest row norm of its (regularised) inverse
   std::array<double, 4> clipped_fraction{};  // R G B IR samples at full scale
   std::vector<std::string> skipped;          // what was not needed and why
+  double blank_fraction = 0;                 // of the pixels, which were skipped for being blank
   double seconds_sharpness = 0, seconds_render = 0;
 };
 

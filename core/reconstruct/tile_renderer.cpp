@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <optional>
 
 #include "core/base/float4.h"
@@ -199,8 +200,8 @@ void TileRenderer::interpolate(const Planes& planes, const BlankBlocks& blank, i
   });
 }
 
-void TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, float* out,
-                          std::ptrdiff_t row_stride) const {
+std::size_t TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, float* out,
+                                 std::ptrdiff_t row_stride) const {
   const int reach = detail_reach_px_;
   const bool shifted = !(settings_.silver_shift_px == Vec2{});
   const PixelBounds wide = rect.grown(reach);
@@ -261,6 +262,14 @@ void TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, flo
       *to++ = m[6] * p[0] + m[7] * p[1] + m[8] * p[2];
     }
   }
+  std::size_t n_blank = 0;
+  for (int y = rect.y0; blank.any() && y < rect.y1; ++y) {
+    for_runs(blank, rect.x0, y, rect.width(), reach_of(settings_.map) + 2,
+             [&n_blank](int begin, int end, bool skip) {
+               if (skip) n_blank += static_cast<std::size_t>(end - begin);
+             });
+  }
+  return n_blank;
 }
 
 }  // namespace reseau

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include "core/geometry/vec2.h"
@@ -36,8 +37,9 @@ class TileRenderer {
   // How far around a tile the silver must be known.
   [[nodiscard]] int reach_px() const { return element_reach_px_ + ElementKernels::kRadius + 2; }
   // Writes the pixels of the rectangle, [row][pixel][3], `row_stride` floats from row to row.
-  void render(const SilverRows& silver, const PixelBounds& rect, float* out,
-              std::ptrdiff_t row_stride) const;
+  // Returns how many of them were not made because the place is blank.
+  std::size_t render(const SilverRows& silver, const PixelBounds& rect, float* out,
+                     std::ptrdiff_t row_stride) const;
 
  private:
   static constexpr std::size_t kPixelFloats = 4;  // R G B and one unused, while a tile is at work

@@ -26,6 +26,7 @@ std::array<double, 3> faint_colour(double x, double y) {
 struct Pair {
   test::MemorySink quick, exact;
   bool said = false;
+  double blank = 0, blank_exact = 0;  // fraction of the pixels that was skipped
 };
 
 Pair render(std::array<double, 3> (*scene)(double, double), Quality quality) {
@@ -46,8 +47,9 @@ Pair render(std::array<double, 3> (*scene)(double, double), Quality quality) {
       reconstruct(source, registration, options, pair.quick, {}, {});
   for (const std::string& what : report.skipped)
     pair.said = pair.said || what.find("only noise") != std::string::npos;
+  pair.blank = report.blank_fraction;
   options.exact = true;
-  (void)reconstruct(source, registration, options, pair.exact, {}, {});
+  pair.blank_exact = reconstruct(source, registration, options, pair.exact, {}, {}).blank_fraction;
   return pair;
 }
 
@@ -79,6 +81,10 @@ TEST(Blank, WhatIsSkippedInTheDarkIsNoise) {
   for (const Quality quality : {Quality::kDraft, Quality::kStandard, Quality::kBest}) {
     const Pair pair = render(half_black, quality);
     EXPECT_TRUE(pair.said);
+    // Half of the picture is black; blocks that touch the light are made.
+    EXPECT_GT(pair.blank, 0.35);
+    EXPECT_LT(pair.blank, 0.5);
+    EXPECT_EQ(pair.blank_exact, 0);
     const auto dark = differences(pair, 0, 200), light = differences(pair, 300, 512);
     fmt::print("dark {:.5f} a pixel, {:.5f} a square; light {:.6f}\n", dark[0], dark[1], light[0]);
     EXPECT_GT(dark[0], 0) << "something was skipped";
@@ -92,6 +98,7 @@ TEST(Blank, WhatIsSkippedInTheDarkIsNoise) {
 // Dark, but the réseau shows: the elements differ by ten times the noise.
 TEST(Blank, AFaintColourIsKept) {
   const Pair pair = render(faint_colour, Quality::kStandard);
+  EXPECT_EQ(pair.blank, 0);
   const auto dark = differences(pair, 0, 200);
   EXPECT_LT(dark[0], 2e-4);
 }
