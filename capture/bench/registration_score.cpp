@@ -35,12 +35,20 @@ RegistrationScore score_registration(const RegistrationCase& test, int n_threads
   const MemoryLineSource source(scan.format, scan.samples);
   RegisterOptions options;
   options.n_threads = n_threads;
-  RegistrationScore score;
   const double cpu = cpu_seconds();
   const auto start = std::chrono::steady_clock::now();
   const Registration found = register_screen(source, options, {}, {});
-  score.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  score.cpu_s = cpu_seconds() - cpu;
+  const double wall_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double cpu_s = cpu_seconds() - cpu;
+  RegistrationScore score = compare_with_truth(scan, found);
+  score.wall_s = wall_s;
+  score.cpu_s = cpu_s;
+  return score;
+}
+
+RegistrationScore compare_with_truth(const sim::SimulatedScan& scan, const Registration& found) {
+  RegistrationScore score;
   score.found = found.found;
   score.reason = found.reason;
   score.screen = found.screen;

@@ -5,6 +5,7 @@
 
 #include "capture/bench/registration_cases.h"
 #include "core/reconstruct/reconstruct.h"
+#include "drivers/sim/simulate.h"
 
 namespace reseau {
 
@@ -24,6 +25,9 @@ struct RegistrationScore {
   double cpu_s = 0, wall_s = 0;
 };
 
+// What was found in a simulated scan, without times.
+[[nodiscard]] RegistrationScore compare_with_truth(const sim::SimulatedScan& scan,
+                                                   const Registration& found);
 // Simulates, registers, compares. Throws InputError for settings that make no film.
 [[nodiscard]] RegistrationScore score_registration(const RegistrationCase& test, int n_threads);
 // Of several noises and scenes, seeds 1 to n_seeds: rms over them of errors and of z, the largest

@@ -101,6 +101,7 @@ void add_bench(Program& program) {
       ->check(CLI::Range(0, 1024));
   add_bench_reconstruction(program, group);
   add_bench_speed(program, group);
+  add_bench_stress(program, group);
 }
 
 }  // namespace reseau::cli

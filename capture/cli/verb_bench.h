@@ -9,5 +9,6 @@ namespace reseau::cli {
 
 void add_bench_reconstruction(Program& program, CLI::App* bench);
 void add_bench_speed(Program& program, CLI::App* bench);
+void add_bench_stress(Program& program, CLI::App* bench);
 
 }  // namespace reseau::cli

@@ -27,11 +27,14 @@ constexpr double kLittleNoise = 0.02;
 // and where a picture drowns.
 constexpr double kLeastNoise = 0.002, kMostNoise = 0.5;
 
+// Of full scale; less is no light that a scan of 16 bits could tell.
+constexpr double kLeastWhite = 1e-6;
+
 void check_options(const ReconstructOptions& options) {
-  if (!(options.white_level > 0) || !std::isfinite(options.white_level)) {
-    throw InputError("The level of clear film must be a positive number.");
+  if (!(options.white_level >= kLeastWhite) || !std::isfinite(options.white_level)) {
+    throw InputError("The level of clear film must be a number, a millionth at least.");
   }
-  if (!(options.black_level >= 0 && options.black_level < options.white_level)) {
+  if (!(options.black_level >= 0 && options.black_level <= options.white_level - kLeastWhite)) {
     throw InputError("The level without light must lie between 0 and that of clear film.");
   }
   if (options.blur_px && !(*options.blur_px > 0 && *options.blur_px <= 10)) {
