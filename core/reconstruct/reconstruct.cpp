@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
+#include <numeric>
 #include <vector>
 
 #include "core/base/check.h"
@@ -65,23 +66,26 @@ Counts render_scan(const Job& job) {
     picture.resize(static_cast<std::size_t>(end - first) * static_cast<std::size_t>(width) * 3);
     const int n_bands = (end - first + kTileHeight - 1) / kTileHeight;
     std::vector<std::array<std::size_t, 4>> band_clipped(static_cast<std::size_t>(n_bands));
-    std::vector<std::size_t> tile_blank(static_cast<std::size_t>(n_bands * n_tiles_x));
+    std::vector<std::size_t> band_blank(static_cast<std::size_t>(n_bands));
     with_threads(job.options.n_threads, [&] {
       parallel_for(n_bands, [&](int band) {
         const int y0 = first + band * kTileHeight, y1 = std::min(height, y0 + kTileHeight);
         const SilverRows silver(job.silver, y0, y1);
         band_clipped[static_cast<std::size_t>(band)] = silver.clipped();
+        std::vector<std::size_t> tile_blank(static_cast<std::size_t>(n_tiles_x));
         parallel_for(n_tiles_x, [&](int tile) {
           const int x0 = tile * kTileWidth, x1 = std::min(width, x0 + kTileWidth);
-          tile_blank[static_cast<std::size_t>(band * n_tiles_x + tile)] = job.renderer.render(
+          tile_blank[static_cast<std::size_t>(tile)] = job.renderer.render(
               silver, {x0, y0, x1, y1},
               picture.data() + (static_cast<std::ptrdiff_t>(y0 - first) * width + x0) * 3,
               static_cast<std::ptrdiff_t>(width) * 3);
         });
+        band_blank[static_cast<std::size_t>(band)] =
+            std::accumulate(tile_blank.begin(), tile_blank.end(), std::size_t{0});
       });
     });
     for (const auto& clipped : band_clipped) counts.add_clipped(clipped);
-    for (const std::size_t blank : tile_blank) counts.blank += blank;
+    for (const std::size_t blank : band_blank) counts.blank += blank;
     job.sink.rows(first, end - first, picture);
     if (job.progress) job.progress(static_cast<double>(end) / height);
   }
