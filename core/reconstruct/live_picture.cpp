@@ -115,20 +115,20 @@ void LivePicture::paint(const std::stop_token& stop) {
     int end = have == height ? height : (have - reach) / kFewestLines * kFewestLines;
     end = std::min(end, done + kMostLines);
     if (end <= done) continue;
-    paint_band(done, end, *rendering, *snapshot, stop);
+    const int head = paint_band(done, end, *rendering, *snapshot, stop);
     if (stop.stop_requested()) return;
     const std::scoped_lock lock(mutex_);
     if (snapshot != used) ++report_.n_maps;
     used = snapshot;
     if (done >= report_.lock_lines) {
-      report_.largest_lag_lines = std::max(report_.largest_lag_lines, source_.committed() - done);
+      report_.largest_lag_lines = std::max(report_.largest_lag_lines, head - done);
     }
     report_.n_lines = done = end;
   }
 }
 
-void LivePicture::paint_band(int first, int end, const Rendering& rendering,
-                             const RegistrationSnapshot& snapshot, const std::stop_token& stop) {
+int LivePicture::paint_band(int first, int end, const Rendering& rendering,
+                            const RegistrationSnapshot& snapshot, const std::stop_token& stop) {
   const TileRenderer renderer = rendering.renderer(snapshot.registration.map);
   // Lines that come meanwhile must not be there in one place and missing in another.
   const FirstLines lines(source_, std::min(source_.committed(), end + renderer.reach_px()));
@@ -150,6 +150,7 @@ void LivePicture::paint_band(int first, int end, const Rendering& rendering,
       renderer.render(silver, bounds, pixels.data(), stride);
     });
   });
+  const int head = source_.committed();
   for (int tile = 0; tile < n_tiles && !stop.stop_requested(); ++tile) {
     const PixelBounds bounds = rect(tile);
     sink_.tile({bounds.x0, bounds.y0, bounds.width(), bounds.height(),
@@ -157,6 +158,7 @@ void LivePicture::paint_band(int first, int end, const Rendering& rendering,
     const std::scoped_lock lock(mutex_);
     ++report_.n_tiles;
   }
+  return head;
 }
 
 }  // namespace reseau

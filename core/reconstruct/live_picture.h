@@ -58,9 +58,10 @@ class LivePicture {
   [[nodiscard]] std::unique_ptr<const Rendering> measure(int n_lines,
                                                          const RegistrationSnapshot& snapshot,
                                                          const std::stop_token& stop) const;
-  // Lines [first, end) with everything about them that is there; hands out the tiles.
-  void paint_band(int first, int end, const Rendering& rendering,
-                  const RegistrationSnapshot& snapshot, const std::stop_token& stop);
+  // Lines [first, end) with everything about them that is there; hands out the tiles. Returns how
+  // many lines were committed just before.
+  int paint_band(int first, int end, const Rendering& rendering,
+                 const RegistrationSnapshot& snapshot, const std::stop_token& stop);
   // The first map; null on a stop request.
   [[nodiscard]] std::shared_ptr<const RegistrationSnapshot> wait_for_map(
       const std::stop_token& stop);
