@@ -530,6 +530,7 @@ void EdgeWork::tell() {
   if (out_.residual_share > 0.9) out_.reasons.push_back(EdgeReason::kResidual);
   if (!options_.with_profile) return;
   out_.bins = f.bins();
+  out_.places = line_places(gathered_, f, model_.line, line_shift_, width_);
   constexpr double kPerPx = 8;
   const auto n = static_cast<std::size_t>(2 * f.reach_px() * kPerPx) + 1;
   out_.profile.resize(n);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "calibration/edge/edge_line.h"
+#include "calibration/edge/line_places.h"
 #include "calibration/edge/mtf_curve.h"
 #include "calibration/edge/optics.h"
 #include "calibration/edge/profile_bins.h"
@@ -60,7 +61,7 @@ struct EdgeOptions {
   double lowest = -std::numeric_limits<double>::infinity();
   double highest = std::numeric_limits<double>::infinity();
   double quantum = 0;         // step of the samples; 0 = unknown
-  bool with_profile = false;  // fill EdgeMeasurement::profile and bins
+  bool with_profile = false;  // fill EdgeMeasurement::profile, bins and places
 };
 
 struct ProfilePlotPoint {
@@ -96,6 +97,7 @@ struct EdgeMeasurement {
   double residual_share = 0;  // posterior probability that optics alone do not explain the edge
   std::vector<ProfilePlotPoint> profile;
   std::vector<ProfileBins::Bin> bins;  // what the profile was fitted to
+  std::vector<LinePlace> places;       // of each line of pixels, in order
 };
 
 // Never throws for anything in the samples; NaN and infinities are left out.

@@ -78,7 +78,7 @@ Unknowns start_of(std::span<const PsfEdge> edges, const Freedom& freedom, double
     channel.diffraction = diffraction[c] / n[c];
     channel.sigma2 = sigma2[c] / n[c];
     channel.best = waves;
-    if (!freedom.waves_per_step) continue;
+    if (!freedom.path_per_step) continue;
     // Where the width, as 1 / MTF50 squared, is least: vertex of a parabola, or the sharpest edge.
     Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -107,7 +107,8 @@ Unknowns start_of(std::span<const PsfEdge> edges, const Freedom& freedom, double
     }
     farthest = std::max({farthest, high - channel.best, channel.best - low});
   }
-  if (freedom.waves_per_step) out.waves_per_step = waves / std::max(farthest, 1e-9);
+  // Of a middling wavelength.
+  if (freedom.path_per_step) out.path_per_step = 0.6 * waves / std::max(farthest, 1e-9);
   return out;
 }
 
@@ -252,7 +253,7 @@ PsfFit fit_psf(std::span<const PsfEdge> edges) {
     along_y = along_y || e.normal.y > kAlongAxis;
     n += static_cast<double>(e.bins.size());
   }
-  freedom.waves_per_step = every && settings.size() >= kLeastFocusSettings;
+  freedom.path_per_step = every && settings.size() >= kLeastFocusSettings;
   freedom.aspect = along_x && along_y;
   Solved solved = best_of_starts(edges, freedom);
   if (!solved.ok) {
@@ -260,7 +261,7 @@ PsfFit fit_psf(std::span<const PsfEdge> edges) {
     return out;
   }
   const auto freedom_left = [&](const Freedom& f) {
-    double used = 1 + (f.aspect ? 1 : 0) + (f.halo ? 2 : 0) + (f.waves_per_step ? 1 : 0);
+    double used = 1 + (f.aspect ? 1 : 0) + (f.halo ? 2 : 0) + (f.path_per_step ? 1 : 0);
     for (const Unknowns::Channel& c : solved.unknowns.channels) used += c.used ? 3 : 0;
     return std::max(1.0, n - used - 3 * static_cast<double>(edges.size()));
   };
@@ -282,13 +283,13 @@ PsfFit fit_psf(std::span<const PsfEdge> edges) {
   }
   out.ok = true;
   out.has_halo = freedom.halo;
-  out.has_focus = freedom.waves_per_step;
+  out.has_focus = freedom.path_per_step;
   out.chi2_per_freedom = 2 * solved.cost / freedom_left(freedom);
 
   Unknowns& u = solved.unknowns;
   // Signs that make no difference are told as positive; direction of focus likewise.
-  if (freedom.waves_per_step) {
-    u.waves_per_step = std::abs(u.waves_per_step);
+  if (freedom.path_per_step) {
+    u.path_per_step = std::abs(u.path_per_step);
   } else {
     for (Unknowns::Channel& c : u.channels) c.best = std::abs(c.best);
   }
@@ -299,19 +300,28 @@ PsfFit fit_psf(std::span<const PsfEdge> edges) {
     for (Eigen::Index k = 0; k < covariance.cols(); ++k) out.covariance.push_back(covariance(i, k));
   }
   add_sides(u, freedom.aspect, covariance, out);
+  if (freedom.path_per_step) {
+    const PsfParameter path = *out.find("defocus_path_um_per_step");
+    for (int c = 0; c < psf::kChannels; ++c) {
+      if (!u.channels[static_cast<std::size_t>(c)].used) continue;
+      const double waves = u.waves_per_path(c);
+      out.parameters.push_back({std::string(psf::channel_name(c)) + ".defocus_waves_per_step",
+                                waves * path.value, waves * path.sd, path.determined});
+    }
+  }
   if (!freedom.aspect) {
     out.remarks.emplace_back(
         "The edges run along one axis only; the aperture is taken as square. Add an edge across "
         "to tell both sides.");
   }
-  if (!freedom.waves_per_step) {
+  if (!freedom.path_per_step) {
     out.remarks.emplace_back(
         "All edges have one focus setting, or it is not known; best focus cannot be told. Scan "
         "the edge at three settings or more.");
   }
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const PsfEdge& edge = edges[e];
-    const double focus = freedom.waves_per_step ? *edge.focus : 0;
+    const double focus = freedom.path_per_step ? *edge.focus : 0;
     const EdgeOptics optics = u.optics(edge.channel, focus);
     out.optics.push_back(optics);
     const MeanProfile profile(optics, edge.normal, std::min(100.0, edge.reach_px + 2), {});

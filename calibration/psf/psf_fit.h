@@ -2,7 +2,7 @@
 //
 // A single edge cannot tell a wide lens from a wide Gaussian, nor one side of the aperture from the
 // other. Edges of several channels, directions and focus settings share what the scanner shares:
-//   aperture (both sides), halo, and waves of defocus per step of focus     the unit
+//   aperture (both sides), halo, and the length that a step of focus moves  the unit
 //   cut-off of the lens, Gaussian, best focus                               a channel
 //   place and levels                                                        an edge
 // All are fitted to the profiles of all edges together by least squares (Ceres), weighted by the
@@ -10,6 +10,7 @@
 // reentrant, the same result for the same input.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +20,10 @@
 #include "calibration/edge/profile_bins.h"
 
 namespace reseau {
+
+// Of light in red, green, blue and infrared, as a film scanner's lamps have it: a length out of
+// focus is the more waves the shorter they are.
+inline constexpr std::array<double, 4> kPsfWavelengths_um{0.64, 0.53, 0.46, 0.87};
 
 // What measure_edge found of one edge in one channel.
 struct PsfEdge {
@@ -71,8 +76,8 @@ struct PsfFit {
 
 // At least one edge, each with 12 bins or more, noise above 0 and a reach of at most 98 px; else
 // not ok. A halo is taken in only where the edges ask for it. With three focus settings or more the
-// best focus of each channel is found, in the unit's steps, else the defocus of each channel in
-// waves (without its sign, which a single setting does not tell).
+// best focus of each channel is found, in the unit's steps (and the path that a step adds), else
+// the defocus of each channel in waves (without its sign, which a single setting does not tell).
 [[nodiscard]] PsfFit fit_psf(std::span<const PsfEdge> edges);
 
 }  // namespace reseau

@@ -16,7 +16,7 @@ enum Block : int {
   kBlockAspect,
   kBlockHalo,
   kBlockHaloSigma,
-  kBlockWaves,
+  kBlockPath,
   kBlockDiffraction,
   kBlockSigma,
   kBlockBest,
@@ -29,7 +29,8 @@ enum Block : int {
 // Residuals of the bins of one edge over their noise.
 class EdgeCost final : public ceres::CostFunction {
  public:
-  EdgeCost(const PsfEdge& edge, double focus) : edge_(edge), focus_(focus) {
+  EdgeCost(const PsfEdge& edge, double focus, double waves_per_path)
+      : edge_(edge), focus_(focus), waves_per_path_(waves_per_path) {
     for (int i = 0; i < kBlocks; ++i) mutable_parameter_block_sizes()->push_back(1);
     set_num_residuals(static_cast<int>(edge.bins.size()));
   }
@@ -42,7 +43,7 @@ class EdgeCost final : public ceres::CostFunction {
     optics.halo_sigma_px = p[kBlockHaloSigma][0];
     optics.diffraction_px = p[kBlockDiffraction][0];
     optics.sigma2_px2 = p[kBlockSigma][0];
-    const double waves = p[kBlockWaves][0], apart = focus_ - p[kBlockBest][0];
+    const double waves = waves_per_path_ * p[kBlockPath][0], apart = focus_ - p[kBlockBest][0];
     optics.w20_waves = waves * apart;
     // Steps that leave what the profile can be computed for are refused, and tried shorter.
     if (!(std::abs(optics.w20_waves) < 6) || !(std::abs(optics.diffraction_px) < 60) ||
@@ -64,7 +65,7 @@ class EdgeCost final : public ceres::CostFunction {
     want(kDiffraction, free(kBlockDiffraction));
     want(kSigma2, free(kBlockSigma));
     want(kAperture2, free(kBlockAperture));
-    want(kW20, free(kBlockWaves) || free(kBlockBest));
+    want(kW20, free(kBlockPath) || free(kBlockBest));
     want(kHalo, free(kBlockHalo));
     want(kHaloSigma, free(kBlockHaloSigma));
     want(kAspect2, free(kBlockAspect));
@@ -89,7 +90,7 @@ class EdgeCost final : public ceres::CostFunction {
       if (free(kBlockSigma)) put(kBlockSigma, by(kSigma2));
       if (free(kBlockAperture)) put(kBlockAperture, by(kAperture2));
       if (free(kBlockAspect)) put(kBlockAspect, by(kAspect2));
-      if (free(kBlockWaves)) put(kBlockWaves, by(kW20) * apart);
+      if (free(kBlockPath)) put(kBlockPath, by(kW20) * apart * waves_per_path_);
       if (free(kBlockBest)) put(kBlockBest, -by(kW20) * waves);
       if (free(kBlockHalo)) put(kBlockHalo, by(kHalo));
       if (free(kBlockHaloSigma)) put(kBlockHaloSigma, by(kHaloSigma));
@@ -102,7 +103,7 @@ class EdgeCost final : public ceres::CostFunction {
 
  private:
   const PsfEdge& edge_;
-  double focus_;
+  double focus_, waves_per_path_;
 };
 
 }  // namespace
@@ -115,6 +116,10 @@ const char* channel_name(int channel) {
   return kNames[static_cast<std::size_t>(channel)];
 }
 
+double Unknowns::waves_per_path(int channel) const {
+  return in_waves ? 1 : 1 / kPsfWavelengths_um[static_cast<std::size_t>(channel)];
+}
+
 EdgeOptics Unknowns::optics(int channel, double focus) const {
   const Channel& c = channels[static_cast<std::size_t>(channel)];
   EdgeOptics out;
@@ -124,12 +129,13 @@ EdgeOptics Unknowns::optics(int channel, double focus) const {
   out.aspect2 = aspect2;
   out.halo = halo;
   out.halo_sigma_px = halo_sigma;
-  out.w20_waves = waves_per_step * (focus - c.best);
+  out.w20_waves = waves_per_path(channel) * path_per_step * (focus - c.best);
   return out;
 }
 
 std::unique_ptr<Setup> set_up(std::span<const PsfEdge> edges, const Freedom& freedom, Unknowns& u) {
   u.edges.resize(edges.size());
+  u.in_waves = !freedom.path_per_step;
   auto setup = std::make_unique<Setup>();
   ceres::Problem& problem = *setup->problem;
   for (std::size_t e = 0; e < edges.size(); ++e) {
@@ -137,10 +143,11 @@ std::unique_ptr<Setup> set_up(std::span<const PsfEdge> edges, const Freedom& fre
     Unknowns::Channel& c = u.channels[static_cast<std::size_t>(edge.channel)];
     c.used = true;
     Unknowns::Edge& own = u.edges[e];
-    const double focus = freedom.waves_per_step ? *edge.focus : 0;
-    problem.AddResidualBlock(new EdgeCost(edge, focus), nullptr, &u.aperture2, &u.aspect2, &u.halo,
-                             &u.halo_sigma, &u.waves_per_step, &c.diffraction, &c.sigma2, &c.best,
-                             &own.offset, &own.dark, &own.bright);
+    const double focus = freedom.path_per_step ? *edge.focus : 0;
+    problem.AddResidualBlock(new EdgeCost(edge, focus, u.waves_per_path(edge.channel)), nullptr,
+                             &u.aperture2, &u.aspect2, &u.halo, &u.halo_sigma, &u.path_per_step,
+                             &c.diffraction, &c.sigma2, &c.best, &own.offset, &own.dark,
+                             &own.bright);
   }
   const auto share = [&](double& value, std::string name, bool is_free) {
     if (is_free) {
@@ -153,14 +160,14 @@ std::unique_ptr<Setup> set_up(std::span<const PsfEdge> edges, const Freedom& fre
   share(u.aspect2, "aspect_squared", freedom.aspect);
   share(u.halo, "halo_share", freedom.halo);
   share(u.halo_sigma, "halo_sigma_px", freedom.halo);
-  share(u.waves_per_step, "defocus_waves_per_step", freedom.waves_per_step);
+  share(u.path_per_step, "defocus_path_um_per_step", freedom.path_per_step);
   for (int i = 0; i < kChannels; ++i) {
     Unknowns::Channel& c = u.channels[static_cast<std::size_t>(i)];
     if (!c.used) continue;
     const std::string name = channel_name(i);
     share(c.diffraction, name + ".diffraction_px", true);
     share(c.sigma2, name + ".gaussian_variance_px2", true);
-    share(c.best, name + (freedom.waves_per_step ? ".best_focus" : ".defocus_w20_waves"), true);
+    share(c.best, name + (freedom.path_per_step ? ".best_focus" : ".defocus_w20_waves"), true);
   }
   return setup;
 }

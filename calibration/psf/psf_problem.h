@@ -17,10 +17,14 @@ namespace reseau::psf {
 
 inline constexpr int kChannels = 4;
 
-// Signed squares, as in EdgeOptics. Defocus of an edge is waves_per_step * (focus - best); without
-// focus settings, focus = 0 and waves_per_step = -1, so that `best` is the defocus itself.
+// Signed squares, as in EdgeOptics. A step of focus moves the film by the same length in every
+// channel: by path_per_step [um of path at the edge of the pupil, dz / (8 N^2)], which are the more
+// waves the shorter they are. Defocus of an edge is path_per_step * (focus - best) / wavelength;
+// without focus settings, focus = 0, path_per_step = -1 and a wave counts 1, so that `best` is the
+// defocus itself.
 struct Unknowns {
-  double aperture2 = 1, aspect2 = 1, halo = 0, halo_sigma = 6, waves_per_step = -1;
+  double aperture2 = 1, aspect2 = 1, halo = 0, halo_sigma = 6, path_per_step = -1;
+  bool in_waves = true;  // no focus settings
   struct Channel {
     bool used = false;
     double diffraction = 0.8, sigma2 = 0.05, best = 0.3;
@@ -32,11 +36,12 @@ struct Unknowns {
   std::vector<Edge> edges;
 
   [[nodiscard]] EdgeOptics optics(int channel, double focus) const;
+  [[nodiscard]] double waves_per_path(int channel) const;
 };
 
 // Which of the shared parameters are free.
 struct Freedom {
-  bool aspect = false, halo = false, waves_per_step = false;
+  bool aspect = false, halo = false, path_per_step = false;
 };
 
 // One parameter that is free: where it is, and what it is called.

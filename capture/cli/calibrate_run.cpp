@@ -178,9 +178,12 @@ WeightedMean mean_of(double weight, double sum, double squares, int n) {
   return {mean, std::sqrt(variance)};
 }
 
-// Normal equations for where a channel lies against green, from edges of several directions.
+// Normal equations for where a channel lies against green, from edges of several directions; how
+// the edges are spread over directions, and how white what they scatter along themselves is.
 struct Offset {
   double xx = 0, xy = 0, yy = 0, x = 0, y = 0, squares = 0;
+  double turn_xx = 0, turn_xy = 0, turn_yy = 0;
+  double chi2 = 0, freedom = 0;
   int n = 0;
 };
 
@@ -221,19 +224,22 @@ void add_edge(const MeasuredEdge& edge, std::array<Width, kProfileChannels>& wid
     if (green == nullptr || &m == green) continue;
     const double a = green->line.normal_rad;
     const double nx = std::cos(a), ny = std::sin(a);
-    const double apart = nx * (m.line.middle.x - green->line.middle.x) +
-                         ny * (m.line.middle.y - green->line.middle.y) + m.line.offset_px -
-                         green->line.offset_px;
+    const PlaceDifference apart = place_difference(green->places, m.places, a);
+    if (!(apart.variance > 0)) continue;
     constexpr double kSurest_px = 1e-5;
-    const double apart_sd = std::max(kSurest_px, std::hypot(m.offset_sd_px, green->offset_sd_px));
-    const double weight = 1 / (apart_sd * apart_sd);
+    const double weight = 1 / std::max(kSurest_px * kSurest_px, apart.variance);
     Offset& o = offsets[*channel];
     o.xx += weight * nx * nx;
     o.xy += weight * nx * ny;
     o.yy += weight * ny * ny;
-    o.x += weight * nx * apart;
-    o.y += weight * ny * apart;
-    o.squares += weight * apart * apart;
+    o.x += weight * nx * apart.value;
+    o.y += weight * ny * apart.value;
+    o.squares += weight * apart.value * apart.value;
+    o.turn_xx += nx * nx;
+    o.turn_xy += nx * ny;
+    o.turn_yy += ny * ny;
+    o.chi2 += apart.chi2;
+    o.freedom += apart.freedom;
     ++o.n;
   }
 }
@@ -277,15 +283,17 @@ Profile profile_of(const std::vector<MeasuredFile>& files) {
     }
     const Offset& o = offsets[c];
     const double determinant = o.xx * o.yy - o.xy * o.xy;
-    const double trace = o.xx + o.yy;
-    // Two directions at least 15 degrees apart.
-    if (trace > 0 && determinant > 0.015 * trace * trace) {
+    const double trace = o.turn_xx + o.turn_yy;
+    const double turned = o.turn_xx * o.turn_yy - o.turn_xy * o.turn_xy;
+    if (determinant > 0 && turned > 0.015 * trace * trace) {
       const Vec2 at{(o.yy * o.x - o.xy * o.y) / determinant,
                     (o.xx * o.y - o.xy * o.x) / determinant};
       out.offset_from_green_px[c] = at;
-      // Edges that disagree by more than they claim make it as unsure as they are apart.
+      // Edges that scatter by more than white noise, along themselves or against each other, make
+      // it as unsure as that.
       const double chi2 = std::max(0.0, o.squares - at.x * o.x - at.y * o.y);
-      const double scatter = o.n > 2 ? std::max(1.0, chi2 / (o.n - 2)) : 1.0;
+      const double along = o.freedom > 0 ? std::max(1.0, o.chi2 / o.freedom) : 1.0;
+      const double scatter = o.n > 2 ? std::max(along, chi2 / (o.n - 2)) : along;
       out.offset_sd_px[c] = OffsetSd{std::sqrt(scatter * o.yy / determinant),
                                      std::sqrt(scatter * o.xx / determinant)};
     }
