@@ -56,8 +56,8 @@ std::vector<LinePlace> line_places(std::span<const ProfileSample> samples, const
     }
     const double shift = shifts.empty() ? 0 : shifts[static_cast<std::size_t>(index)];
     // Too high a value means that the edge lies nearer to the dark side.
-    out.push_back(
-        {index, at + (middle - shift - sum.pull / sum.weight) / across, noise2 / sum.weight});
+    out.push_back({index, at + (middle - shift - sum.pull / sum.weight) / across,
+                   noise2 / sum.weight, 0.25 * middle * middle});
   }
   return out;
 }
@@ -86,6 +86,7 @@ PlaceDifference place_difference(std::span<const LinePlace> a, std::span<const L
   if (!(weight > 0)) return out;
   out.value = sum / weight;
   out.variance = 1 / weight;
+  out.common = a.front().common + b.front().common;
   if (lines.size() < 2 * kParts) return out;
   for (std::size_t k = 0; k < kParts; ++k) {
     double of_part = 0, pull = 0;

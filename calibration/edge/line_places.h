@@ -15,6 +15,9 @@ struct LinePlace {
   int line = 0;         // row of the region, or column where the edge runs along x
   double at_px = 0;     // where the edge crosses it, along the line
   double variance = 0;  // [px^2] across the edge, of white noise
+  // [px^2] The same for all lines: the place of the best line and the middle of the profile differ
+  // where noise or the profile is not as supposed.
+  double common = 0;
 };
 
 // `shifts`: of each line, as it was taken out of the distances of `samples`; empty = none. The
@@ -26,6 +29,7 @@ struct LinePlace {
 // How far the edge of `b` lies from that of `a` along the normal, from the lines that both have.
 struct PlaceDifference {
   double value = 0, variance = 0;  // of white noise
+  double common = 0;               // variance that lines do not show
   double chi2 = 0, freedom = 0;    // of parts of the edge about the mean: how white it is
 };
 [[nodiscard]] PlaceDifference place_difference(std::span<const LinePlace> a,

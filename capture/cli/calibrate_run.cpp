@@ -227,7 +227,7 @@ void add_edge(const MeasuredEdge& edge, std::array<Width, kProfileChannels>& wid
     const PlaceDifference apart = place_difference(green->places, m.places, a);
     if (!(apart.variance > 0)) continue;
     constexpr double kSurest_px = 1e-5;
-    const double weight = 1 / std::max(kSurest_px * kSurest_px, apart.variance);
+    const double weight = 1 / std::max(kSurest_px * kSurest_px, apart.variance + apart.common);
     Offset& o = offsets[*channel];
     o.xx += weight * nx * nx;
     o.xy += weight * nx * ny;

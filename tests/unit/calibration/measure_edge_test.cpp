@@ -2,6 +2,8 @@
 #include "calibration/edge/measure_edge.h"
 
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <random>
 #include <vector>
 
@@ -230,6 +232,41 @@ TEST(MeasureEdge, SamplesThatAreNoNumbersAreLeftOut) {
   ASSERT_NE(m.status, EdgeStatus::kRefused);
   EXPECT_TRUE(m.has(EdgeReason::kLeftOut));
   EXPECT_NEAR(m.mtf.all.mtf50->f_cy_per_px / 0.25, 1, 1e-3);
+}
+
+// Two channels of one scan: another lens, other noise, 0.1 px apart. What is claimed of the
+// distance is what it is off by, also where neighbours' noise goes together.
+TEST(MeasureEdge, ChannelsLieWhereTheyAreSaidToLie) {
+  const test::Transfer2D sharp = test::airy_box_transfer(8), soft = test::airy_box_transfer(14);
+  for (const double correlation : {0.0, 0.5}) {
+    double squares = 0, mean = 0;
+    constexpr int kSeeds = 14;
+    for (std::uint32_t seed = 1; seed <= kSeeds; ++seed) {
+      EdgePicture p = usual(seed % 2 == 0 ? 5 : 95);
+      p.noise = 0.005;
+      p.noise_correlation = correlation;
+      p.seed = 2 * seed;
+      EdgeOptions options;
+      options.with_profile = true;
+      const std::vector<float> green = render(p, sharp);
+      p.seed += 1;
+      p.offset_px += 0.1;
+      const std::vector<float> infrared = render(p, soft);
+      const EdgeMeasurement a = measure_edge(span(green, p.width_px, p.height_px), options);
+      const EdgeMeasurement b = measure_edge(span(infrared, p.width_px, p.height_px), options);
+      const PlaceDifference apart = place_difference(a.places, b.places, a.line.normal_rad);
+      ASSERT_GT(apart.variance, 0);
+      const double scatter = std::max(1.0, apart.chi2 / apart.freedom);
+      const double z = (apart.value - 0.1) / std::sqrt(apart.variance * scatter + apart.common);
+      squares += z * z / kSeeds;
+      mean += z / kSeeds;
+    }
+    std::printf("channels apart, noise's correlation %.1f: z %.2f rms, %.2f mean\n", correlation,
+                std::sqrt(squares), mean);
+    EXPECT_GT(std::sqrt(squares), 0.6);
+    EXPECT_LT(std::sqrt(squares), 1.45);
+    EXPECT_LT(std::abs(mean), 0.8);
+  }
 }
 
 }  // namespace
