@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 
 #include <Eigen/Dense>
 #include <ceres/crs_matrix.h>
+#include <ceres/iteration_callback.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
+#include <ceres/types.h>
 #include <fmt/format.h>
 
 #include "calibration/edge/mean_profile.h"
@@ -37,7 +40,21 @@ struct Solved {
   bool ok = false;
 };
 
-Solved solve_from(std::span<const PsfEdge> edges, const Freedom& freedom, const Unknowns& start) {
+using Stop = std::function<bool()>;
+
+class StopAsked final : public ceres::IterationCallback {
+ public:
+  explicit StopAsked(const Stop& stop) : stop_(stop) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
+    return stop_() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const Stop& stop_;
+};
+
+Solved solve_from(std::span<const PsfEdge> edges, const Freedom& freedom, const Unknowns& start,
+                  const Stop& stop) {
   Solved out;
   out.unknowns = start;
   const std::unique_ptr<Setup> setup = psf::set_up(edges, freedom, out.unknowns);
@@ -50,6 +67,8 @@ Solved solve_from(std::span<const PsfEdge> edges, const Freedom& freedom, const 
   options.parameter_tolerance = 1e-9;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
+  StopAsked asked(stop);
+  if (stop) options.callbacks.push_back(&asked);
   ceres::Solver::Summary summary;
   ceres::Solve(options, setup->problem.get(), &summary);
   out.cost = summary.final_cost;
@@ -113,10 +132,11 @@ Unknowns start_of(std::span<const PsfEdge> edges, const Freedom& freedom, double
 }
 
 // Defocus is even about focus and has several minima beyond it: the best of several starts.
-Solved best_of_starts(std::span<const PsfEdge> edges, const Freedom& freedom) {
+Solved best_of_starts(std::span<const PsfEdge> edges, const Freedom& freedom, const Stop& stop) {
   Solved best;
   for (const double waves : {0.15, 0.45, 0.9, 1.8}) {
-    Solved now = solve_from(edges, freedom, start_of(edges, freedom, waves));
+    if (stop && stop()) return {};
+    Solved now = solve_from(edges, freedom, start_of(edges, freedom, waves), stop);
     if (now.ok && (!best.ok || now.cost < best.cost)) best = std::move(now);
   }
   return best;
@@ -236,7 +256,7 @@ const PsfParameter* PsfFit::find(const std::string& name) const {
   return at == parameters.end() ? nullptr : &*at;
 }
 
-PsfFit fit_psf(std::span<const PsfEdge> edges) {
+PsfFit fit_psf(std::span<const PsfEdge> edges, const std::function<bool()>& stop) {
   PsfFit out;
   if (edges.empty() || !std::all_of(edges.begin(), edges.end(), usable)) {
     out.why = "There is no edge to fit the optics to, or one without profile among them.";
@@ -255,9 +275,11 @@ PsfFit fit_psf(std::span<const PsfEdge> edges) {
   }
   freedom.path_per_step = every && settings.size() >= kLeastFocusSettings;
   freedom.aspect = along_x && along_y;
-  Solved solved = best_of_starts(edges, freedom);
+  Solved solved = best_of_starts(edges, freedom, stop);
+  constexpr const char* kStopped = "Stopped before lens, aperture and blur were fitted.";
   if (!solved.ok) {
-    out.why = "Lens, aperture and blur could not be fitted to these edges.";
+    out.why =
+        stop && stop() ? kStopped : "Lens, aperture and blur could not be fitted to these edges.";
     return out;
   }
   const auto freedom_left = [&](const Freedom& f) {
@@ -272,8 +294,12 @@ PsfFit fit_psf(std::span<const PsfEdge> edges) {
   for (const double share : {0.05, 0.15}) {
     Unknowns start = solved.unknowns;
     start.halo = share;
-    Solved now = solve_from(edges, with_halo, start);
+    Solved now = solve_from(edges, with_halo, start, stop);
     if (now.ok && (!haloed.ok || now.cost < haloed.cost)) haloed = std::move(now);
+  }
+  if (stop && stop()) {
+    out.why = kStopped;
+    return out;
   }
   const double left = freedom_left(with_halo);
   if (haloed.ok && haloed.unknowns.halo > 0 &&

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -78,6 +79,9 @@ struct PsfFit {
 // not ok. A halo is taken in only where the edges ask for it. With three focus settings or more the
 // best focus of each channel is found, in the unit's steps (and the path that a step adds), else
 // the defocus of each channel in waves (without its sign, which a single setting does not tell).
-[[nodiscard]] PsfFit fit_psf(std::span<const PsfEdge> edges);
+// `stop`, where there is one, is asked now and then from the calling thread: true ends the fit,
+// which is then not ok.
+[[nodiscard]] PsfFit fit_psf(std::span<const PsfEdge> edges,
+                             const std::function<bool()>& stop = {});
 
 }  // namespace reseau

@@ -244,7 +244,8 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
     psf_choice = psf_edges(all.files);
     std::vector<PsfEdge> edges = psf_choice.edges;
     if (bench) add_psf_edges(all.focus, edges);
-    psf = fit_psf(edges);
+    psf = fit_psf(edges, [&] { return work.signals.stop().stop_requested(); });
+    if (work.signals.stop().stop_requested()) return kExitCancelled;
     result["psf"] = psf_to_json(*psf);
     reporter.result_line(describe(*psf));
   }

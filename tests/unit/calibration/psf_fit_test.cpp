@@ -147,6 +147,15 @@ TEST(PsfFit, WhatOneEdgeCannotTellIsSaid) {
   }
 }
 
+TEST(PsfFit, EndsWhenItIsToldTo) {
+  const std::vector<PsfEdge> edges = edges_of({{1, 5, {}, test::airy_box_transfer(8)}});
+  int asked = 0;
+  const PsfFit fit = fit_psf(edges, [&] { return ++asked > 3; });
+  EXPECT_FALSE(fit.ok);
+  EXPECT_NE(fit.why.find("Stopped"), std::string::npos) << fit.why;
+  EXPECT_LT(asked, 12);
+}
+
 TEST(PsfFit, NothingComesOfNothing) {
   const PsfFit fit = fit_psf({});
   EXPECT_FALSE(fit.ok);
