@@ -1,9 +1,12 @@
 #include "calibration/edge/pixel_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 #include "calibration/edge/dense.h"
+#include "core/base/check.h"
 
 namespace reseau {
 
@@ -54,8 +57,11 @@ PixelStep pixel_step(Span2D<const float> samples, std::span<const unsigned char>
   const std::size_t n_line = 2 + static_cast<std::size_t>(n_shape);
   const std::size_t n_levels = with_along ? 4 : 2;
   const std::size_t p = n_line + n_levels + (with_width ? 1 : 0);
-  Symmetric normal(p);
-  std::vector<double> g(p), x(p);
+  // On the stack, as sums over all pixels go into them.
+  constexpr std::size_t kMost = 9;
+  CHECK(p <= kMost);
+  std::array<std::array<double, kMost>, kMost> sums{};
+  std::array<double, kMost> x{}, pulls{};
   double squares = 0, n = 0;
   const LineFrame frame(model.line);
   const EdgeLevels& l = model.levels;
@@ -71,9 +77,14 @@ PixelStep pixel_step(Span2D<const float> samples, std::span<const unsigned char>
       const double dark = l.dark + l.dark_along * v + l.dark_across * a;
       const double bright = l.bright + l.bright_along * v + l.bright_across * a;
       const double rest = pixel.value - (dark * (1 - e.value) + bright * e.value);
-      const double pull = (bright - dark) * e.slope;
-      const auto by_line = frame.derivatives(pixel.along);
-      for (std::size_t k = 0; k < n_line; ++k) x[k] = pull * by_line[k];
+      // Where the profile is flat the line has no say.
+      constexpr double kFlat = 1e-13;
+      const std::size_t from = std::abs(e.slope) > kFlat ? 0 : n_line;
+      if (from == 0) {
+        const double pull = (bright - dark) * e.slope;
+        const auto by_line = frame.derivatives(pixel.along);
+        for (std::size_t k = 0; k < n_line; ++k) x[k] = pull * by_line[k];
+      }
       x[n_line] = 1 - e.value;
       x[n_line + 1] = e.value;
       if (with_along) {
@@ -81,10 +92,11 @@ PixelStep pixel_step(Span2D<const float> samples, std::span<const unsigned char>
         x[n_line + 3] = e.value * v;
       }
       if (with_width) x[p - 1] = (bright - dark) * e.by_width;
-      for (std::size_t j = 0; j < p; ++j) {
-        g[j] += x[j] * rest;
-        double* to = &normal.row(j)[0];
-        for (std::size_t k = 0; k <= j; ++k) to[k] += x[j] * x[k];
+      for (std::size_t j = from; j < p; ++j) {
+        const double xj = x[j];
+        pulls[j] += xj * rest;
+        std::array<double, kMost>& to = sums[j];
+        for (std::size_t k = from; k <= j; ++k) to[k] += xj * x[k];
       }
       squares += rest * rest;
       n += 1;
@@ -95,6 +107,11 @@ PixelStep pixel_step(Span2D<const float> samples, std::span<const unsigned char>
   out.n = n;
   out.rms = n > 0 ? std::sqrt(squares / n) : 0;
   if (n < double(2 * p)) return out;
+  Symmetric normal(p);
+  std::vector<double> g(pulls.begin(), pulls.begin() + static_cast<std::ptrdiff_t>(p));
+  for (std::size_t j = 0; j < p; ++j) {
+    for (std::size_t k = 0; k <= j; ++k) normal(j, k) = sums[j][k];
+  }
   const double contrast = std::abs(l.bright - l.dark);
   for (std::size_t j = 0; j < p; ++j) normal(j, j) += 1e-12 * normal(j, j) + 1e-18 * contrast;
   const Cholesky factor(normal);

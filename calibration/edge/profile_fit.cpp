@@ -442,7 +442,16 @@ ProfileFit::ProfileFit(const ProfileBins& bins, const ProfileFitOptions& options
   if (members_.empty() || start) return;
 
   // More physics where it says more than the spline does.
-  const auto misfit = [this] { return ok() && best().tau > 0.01 && residual_share() > 0.9; };
+  // Where no spline can be told, nothing else would show that physics is missing; along the grid
+  // itself too few places of the profile are seen to tell more of it.
+  constexpr int kLeastPlaces = 6;
+  const auto on_slope = std::count_if(bins_.begin(), bins_.end(), [](const ProfileBins::Bin& bin) {
+    return std::abs(bin.distance) < 1.5;
+  });
+  const bool untold = !options_.residual && on_slope >= kLeastPlaces;
+  const auto misfit = [this, untold] {
+    return ok() && (untold || (best().tau > 0.01 && residual_share() > 0.9));
+  };
   for (int extension = 0; extension < 2 && misfit(); ++extension) {
     const ProfileFit before = *this;
     double least = best().criterion - kMisfit;

@@ -118,7 +118,7 @@ void noise_free(int first, int last) {
   if (first > 2 || last < 2) return;
   for (const Family& family : families()) {
     Errors all;
-    for (const double angle : {1.0, 5.0, 14.04, 26.565, 40.0})
+    for (const double angle : {1.0, 5.0, 10.0, 14.04, 18.43, 26.565, 36.87, 40.0})
       all.add(usual(angle), family.transfer);
     tell(2, std::string("no noise, ") + family.name, "MTF50 .15 %, M 10e-4",
          fmt::format("{:.3f} %, {:.1f}e-4, {} refused", all.most, 1e4 * all.of_curve, all.refused),
@@ -220,6 +220,7 @@ void hard(int first, int last) {
       Errors all;
       for (std::uint32_t i = 0; i < 8; ++i) {
         EdgePicture p = usual(3 + 4.1 * i, 100, 0.002, i + 1);
+        p.bright = 0.7;  // light that grows by a quarter is still on the scale
         one.set(p);
         all.add(p, t);
       }
