@@ -160,6 +160,43 @@ TEST(CalibrateBenchE2e, InfraredFocusesElsewhereThroughALens) {
   EXPECT_LT(profile.at("channels").at("red").at("offset_sd_px").at(0).get<double>(), 0.003);
 }
 
+// Open frames and edges from files, as someone has them who scanned them some other day; then a
+// scan of a film by the same unit, which is reconstructed with the dark level and the flat field.
+TEST(CalibrateBenchE2e, OpenFramesFromFilesServeALaterScan) {
+  const TempDir dir;
+  const std::string unit = "sim:ls5000?noise=0.002&dark=0.01&shading=0.08&pixel_gain=0.01";
+  const auto scan = [&](const std::string& film, const std::string& name,
+                        const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{
+        "scan", "-d", unit + "&" + film, "-t", "1mm", "-x", "4.5mm", "-y", "4mm", "-o", dir / name};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return calibrate(arguments, home_of(dir));
+  };
+  ASSERT_EQ(scan("film=razor", "razor.tif", {"--no-reconstruct"}).exit_code, 0);
+  std::vector<std::string> arguments{"calibrate", dir / "razor.tif", "--save", "--json"};
+  for (const char* factor : {"1", "0.6", "0.3"}) {
+    const std::string name = std::string("open") + factor + ".tif";
+    const ProcessResult open = scan("film=clear", name, {"--no-reconstruct", "--exposure", factor});
+    ASSERT_EQ(open.exit_code, 0) << open.err;
+    arguments.insert(arguments.end(), {"--gate", dir / name});
+  }
+  const ProcessResult run = calibrate(arguments, home_of(dir));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json result = json_lines(run.out).at(0);
+  const json& green = result.at("gate").at("channels").at("green");
+  EXPECT_NEAR(green.at("dark_level").get<double>(), kDark,
+              4 * green.at("dark_level_sd").get<double>() + 2e-5);
+  EXPECT_NEAR(green.at("pixel_gain_rms").get<double>(), 0.01, 0.002);
+  EXPECT_TRUE(result.contains("profile")) << run.out;
+
+  const ProcessResult film = scan("film=dufay", "film.tif", {});
+  ASSERT_EQ(film.exit_code, 0) << film.err;
+  const json receipt = json::parse(file_bytes(dir / "film.json"));
+  const json& used = receipt.at("reconstruction").at("sharpness").at("profile");
+  EXPECT_TRUE(used.at("dark_level_used").get<bool>()) << used;
+  EXPECT_TRUE(used.at("flat_field_used").get<bool>()) << used;
+}
+
 TEST(CalibrateBenchE2e, SaysWhatIsMissing) {
   const TempDir dir;
   // Nobody answers, and nothing says that all is in place.
