@@ -18,7 +18,6 @@
 #include "capture/store/master_writer.h"
 #include "core/base/error.h"
 #include "drivers/sim/simulate.h"
-#include "drivers/sim/simulated_unit.h"
 
 namespace reseau::cli {
 

@@ -19,6 +19,10 @@
 
 namespace reseau::sim {
 
+// Throws InputError where the specification names a model that does not exist, listing those that
+// do.
+void check_model(const SimSpec& spec);
+
 // Everything that is known about a scan pixel of a window. Coordinates are delivered pixels of the
 // window, (0, 0) the centre of the first. Immutable, thread-safe.
 class FilmTruth {

@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "drivers/sim/pie/pie_model.h"
 #include "drivers/sim/pie/pie_wire.h"
+#include "drivers/sim/simulate.h"
 #include "drivers/sim/simulated_sg.h"
 #include "drivers/sim/unit_model.h"
 #include "drivers/sim/wire.h"

@@ -14,8 +14,6 @@ namespace reseau::sim {
 
 // Every model, of every family: "ls5000", "rps7200" …
 [[nodiscard]] std::vector<std::string> simulated_unit_names();
-// Throws InputError for an unknown model, listing those that exist.
-void check_model(const SimSpec& spec);
 
 // A simulated unit with the film of the specification under its head. Throws InputError for an
 // unknown model, listing those that exist.
