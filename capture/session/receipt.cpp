@@ -183,6 +183,13 @@ ordered_json report_to_json(const Receipt& receipt) {
         linear && profile.levels.fits(receipt.input.format.width_px);
   }
   if (!profile.notes.empty()) sharpness["profile_notes"] = profile.notes;
+  if (const auto& sd = report.sharpness.infrared_shift_sd_px) {
+    const Vec2 at = report.sharpness.infrared_shift_px;
+    sharpness["infrared_from_rgb_px"] = {number_or_null(at.x), number_or_null(at.y)};
+    sharpness["infrared_from_rgb_sd_px"] = {number_or_null(sd->x), number_or_null(sd->y)};
+  } else {
+    put_missing(sharpness, "infrared_from_rgb_px", "the réseau does not tell it in this picture");
+  }
   put_number(sharpness, "stretch", report.sharpness.stretch);
   put_number(sharpness, "stretch_sd", report.sharpness.stretch_sd);
   ordered_json object = {{"silver_from", report.from_infrared ? "infrared" : "rgb"},

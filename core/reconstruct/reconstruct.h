@@ -154,8 +154,10 @@ struct SharpnessReport {
   // Printed widths as found in this film, of a screen of lines and squares (red lines and green
   // squares in a Dufaycolor).
   std::optional<ScreenWidths> widths;
-  // Where infrared lies relative to RGB [px]; zero where the picture does not tell.
+  // Where infrared lies relative to RGB [px], by the réseau; zero where the picture does not tell,
+  // and then without a deviation.
   Vec2 infrared_shift_px;
+  std::optional<Vec2> infrared_shift_sd_px;
 };
 
 struct ReconstructionReport {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -143,9 +144,14 @@ Response fit_response(const std::vector<ScreenTile>& tiles, const ElementModel& 
 
 // Where a detail of RGB at p is found in infrared: p + shift [px]. Zero when the picture does not
 // tell it to a tenth of a pixel.
-Vec2 infrared_shift(const std::vector<ScreenTile>& tiles, const std::array<double, 3>& weights,
-                    const Registration& registration) {
-  std::array<double, 2> phase{};
+struct ChannelShift {
+  Vec2 px;
+  std::optional<Vec2> sd_px;
+};
+ChannelShift infrared_shift(const std::vector<ScreenTile>& tiles,
+                            const std::array<double, 3>& weights,
+                            const Registration& registration) {
+  std::array<double, 2> phase{}, variance{};
   for (std::size_t h = 0; h < 2; ++h) {
     // silver from RGB = rho * infrared + kappa * mean; kappa takes what imperfect weights leave.
     Eigen::Matrix2cd normal = Eigen::Matrix2cd::Zero();
@@ -171,11 +177,17 @@ Vec2 infrared_shift(const std::vector<ScreenTile>& tiles, const std::array<doubl
     const double sd_cycles = std::sqrt(residual / (n - 2) / spread) / std::abs(fit(0)) / (2 * kPi);
     if (!(sd_cycles * registration.period_px[h] < 0.1)) return {};
     phase[h] = std::arg(fit(0)) / (2 * kPi);
+    variance[h] = 0.5 * sd_cycles * sd_cycles;  // half of a complex error turns the phase
   }
   // RGB shows at p what infrared shows at p + shift: a phase of +f . shift.
   const Vec2 f_u = registration.lattice_cy_per_px[0], f_v = registration.lattice_cy_per_px[1];
-  const Vec2 shift = Mat2{f_u.x, f_u.y, f_v.x, f_v.y}.inverse() * Vec2{phase[0], phase[1]};
-  return norm(shift) < 1 ? shift : Vec2{};
+  const Mat2 px_per_cycle = Mat2{f_u.x, f_u.y, f_v.x, f_v.y}.inverse();
+  const Vec2 shift = px_per_cycle * Vec2{phase[0], phase[1]};
+  if (!(norm(shift) < 1)) return {};
+  const auto sd = [&](double by_u, double by_v) {
+    return std::sqrt(by_u * by_u * variance[0] + by_v * by_v * variance[1]);
+  };
+  return {shift, Vec2{sd(px_per_cycle.a, px_per_cycle.b), sd(px_per_cycle.c, px_per_cycle.d)}};
 }
 
 // Noise and grain of a pixel's silver over the light there, in the calmest places.
@@ -414,8 +426,11 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   }
   std::array<double, 3> weights{};
   if (silver_weights(result.response, weights)) result.silver_from_rgb = weights;
-  if (infrared)
-    result.report.infrared_shift_px = infrared_shift(tiles, result.silver_from_rgb, registration);
+  if (infrared) {
+    const ChannelShift shift = infrared_shift(tiles, result.silver_from_rgb, registration);
+    result.report.infrared_shift_px = shift.px;
+    result.report.infrared_shift_sd_px = shift.sd_px;
+  }
   return result;
 }
 

@@ -158,6 +158,30 @@ TEST(CalibrateE2e, SaysWhatIsWrongWithFileAndRegion) {
   EXPECT_THAT(outside.err, HasSubstr("90"));
 }
 
+// No target at all: the réseau of a film tells where infrared lies against the colours.
+TEST(CalibrateE2e, TheReseauTellsWhereInfraredLies) {
+  const TempDir dir;
+  ASSERT_EQ(reseau({"simulate", "--film", "dufay", "--scene", "natural", "--width", "500",
+                    "--height", "400", "--set", "ir_shift_px=0.2", "--set", "ir_shift_y_px=-0.1",
+                    "-o", dir / "film.tif"})
+                .exit_code,
+            0);
+  ASSERT_EQ(
+      reseau({"reconstruct", dir / "film.tif", "-o", dir / "out", "--no-view", "--profile", "none"})
+          .exit_code,
+      0);
+  const auto receipt = nlohmann::json::parse(file_bytes(dir / "out/film.json"));
+  const nlohmann::json& sharpness = receipt.at("reconstruction").at("sharpness");
+  // Infrared looks 0.2 px further along the sensor: what colours show at p it shows before.
+  const double expected[] = {-0.2, 0.1};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double sd = sharpness.at("infrared_from_rgb_sd_px").at(i);
+    EXPECT_LT(sd, 0.003);
+    EXPECT_NEAR(sharpness.at("infrared_from_rgb_px").at(i).get<double>(), expected[i],
+                4 * sd + 1e-4);
+  }
+}
+
 // Mean colour error of a reconstruction against what the simulated film holds.
 double median_error(const TempDir& dir, const std::string& folder) {
   const ProcessResult run =
