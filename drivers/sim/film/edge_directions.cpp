@@ -35,8 +35,8 @@ Film::Edges edges_of(const FilmSpec& spec) {
     edges.scene_off_axes_deg = off_axes_deg(spec.edge_angle_deg);
     edges.scene_contrast = 1;
   }
-  // Nothing but edges.
-  if (spec.scene == SceneKind::kRazor || spec.scene == SceneKind::kRandom) edges.fewest_cells = 8;
+  // Steps from black to white, wherever they meet the elements' own.
+  if (edges.scene_contrast > 0) edges.fewest_cells = 8;
   if (edges.spreads) edges.fewest_plain = 10;
   if (spec.kind != FilmKind::kDufay) return edges;
   // Light passes a clear gap undyed and exposes the film behind it; a dark one has two edges.
