@@ -10,22 +10,23 @@
 #include <filesystem>
 #include <iterator>
 #include <limits>
-#include <memory>
 #include <random>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
-#include <tiffio.h>
 
 #include "calibration/edge/find_edges.h"
 #include "calibration/edge/measure_edge.h"
 #include "tests/support/edge_renderer.h"
+#include "tests/support/tiff_planes.h"
 
 namespace reseau {
 namespace {
 
 using test::EdgePicture;
+using test::Planes;
+using test::read_planes;
 using test::Transfer2D;
 
 void tell(int bar, const std::string& what, const std::string& wanted, const std::string& measured,
@@ -303,32 +304,6 @@ void refusals() {
   }
   tell(9, "valid: noise 3 %, L 16 and 40, any angle", "99 % accepted",
        fmt::format("{} of {} refused", refused, kValid), refused * 100 <= kValid);
-}
-
-struct Planes {
-  int width = 0, height = 0;
-  std::vector<std::vector<float>> samples;
-};
-Planes read_planes(const std::filesystem::path& path) {
-  Planes out;
-  const std::unique_ptr<TIFF, decltype(&TIFFClose)> file(TIFFOpen(path.c_str(), "r"), &TIFFClose);
-  if (!file) return out;
-  std::uint32_t w = 0, h = 0;
-  std::uint16_t n = 1;
-  TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &w);
-  TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &h);
-  TIFFGetFieldDefaulted(file.get(), TIFFTAG_SAMPLESPERPIXEL, &n);
-  out.width = static_cast<int>(w);
-  out.height = static_cast<int>(h);
-  out.samples.resize(n);
-  std::vector<std::uint16_t> row(std::size_t{w} * n);
-  for (std::uint32_t y = 0; y < h; ++y) {
-    if (TIFFReadScanline(file.get(), row.data(), y) != 1) return {};
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      out.samples[i % n].push_back(static_cast<float>(row[i]) / 65535);
-    }
-  }
-  return out;
 }
 
 EdgeMeasurement of_plane(const Planes& planes, std::size_t c) {
