@@ -1,6 +1,7 @@
 // `calibrate --random`: the spread of a point in two dimensions from a random target.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>

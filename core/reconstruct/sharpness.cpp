@@ -142,12 +142,13 @@ Response fit_response(const std::vector<ScreenTile>& tiles, const ElementModel& 
   return response;
 }
 
-// Where a detail of RGB at p is found in infrared: p + shift [px]. Zero when the picture does not
-// tell it to a tenth of a pixel.
 struct ChannelShift {
   Vec2 px;
-  std::optional<Vec2> sd_px;
+  std::optional<Vec2> sd_px;  // none where it is not told
 };
+
+// Where a detail of RGB at p is found in infrared: p + shift [px]. Zero when the picture does not
+// tell it to a tenth of a pixel.
 ChannelShift infrared_shift(const std::vector<ScreenTile>& tiles,
                             const std::array<double, 3>& weights,
                             const Registration& registration) {
