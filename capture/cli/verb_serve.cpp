@@ -15,7 +15,7 @@ void add_serve(Program& program) {
       "as the lines so far say\nthat the scan is; the final picture takes its place. It needs "
       "nothing from other places, and only this\nmachine sees it unless --listen says otherwise.",
       "reseau serve -o scans\n"
-      "reseau serve -d sim:ls5000?pace=real --listen 127.0.0.1:8080 -o scans",
+      "reseau serve -d 'sim:ls5000?pace=real' --listen 127.0.0.1:8080 -o scans",
       [job](Work& work) { return run_scan(*job, work); });
   add_scan_options(*app, *job);
 }
