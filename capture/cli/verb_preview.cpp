@@ -122,7 +122,7 @@ void add_preview(Program& program) {
       "keeps\nthem until the film is changed; 'scan --frame N --frame-offset 0.25mm' moves one of "
       "them.",
       "reseau preview -o strip.png\n"
-      "reseau preview -d sim:ls5000?frames=4 -o strip.png --json",
+      "reseau preview -d 'sim:ls5000?frames=4' -o strip.png --json",
       [choice](Work& work) { return preview(*choice, work); });
   program.prints_own_json(app);
   app->add_option("-d,--device-name", choice->device, "The scanner; default the only one");
