@@ -67,6 +67,8 @@ class Film {
   virtual ~Film() = default;
   // What decides how small cells have to be. The default is a film without edges.
   struct Edges {
+    // Up to which edges run along the borders of cells, as it were.
+    static constexpr double kNearAxesDeg = 12;
     // Smallest angle between straight edges and the axes of the scan [degree]: the longer an edge
     // runs along the borders of cells, the smaller these must be.
     double off_axes_deg = 45;

@@ -184,9 +184,11 @@ const std::vector<NumberKey>& film_keys() {
        [](SimSpec& s, double v) { s.film.emulsion.hd.toe = v; }},
       {"hd_speed", -2, 2, false, "log exposure at which the straight line reaches hd_dmin",
        [](SimSpec& s, double v) { s.film.emulsion.hd.log_speed = v; }},
-      {"spread_um", 0, 20, false, "standard deviation of the light's spread in the emulsion",
+      {"spread_um", 0, 20, false,
+       "standard deviation of the light's spread in the emulsion, 0 or from 1 on",
        [](SimSpec& s, double v) { s.film.emulsion.spread_um = v; }},
-      {"silver_spread_um", 0, 20, false, "standard deviation of the silver's spread",
+      {"silver_spread_um", 0, 20, false,
+       "standard deviation of the silver's spread, 0 or from 1 on",
        [](SimSpec& s, double v) { s.film.emulsion.silver_spread_um = v; }},
       {"grain", 0, 0.5, false, "relative rms of a pixel's silver at density 1",
        [](SimSpec& s, double v) { s.film.emulsion.grain = v; }},
@@ -257,6 +259,14 @@ void check_film(const FilmSpec& spec) {
     throw InputError(
         "So short and strong a wave would fold the réseau; make warp_px smaller or warp_length_px "
         "larger.");
+  }
+  constexpr double kLeastSpreadUm = 1;
+  for (const double um : {spec.emulsion.spread_um, spec.emulsion.silver_spread_um}) {
+    if (um > 0 && um < kLeastSpreadUm) {
+      throw InputError(
+          "A spread of less than 1 um is finer than the simulated film is computed; give spread_um "
+          "and silver_spread_um 0, or 1 and more.");
+    }
   }
 }
 

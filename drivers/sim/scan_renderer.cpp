@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -76,9 +77,8 @@ double transferred_spread_px2(const std::vector<OpticalTransfer>& transfers) {
 constexpr double kFullError = 1e-4;
 
 bool takes_tents(const Film& film, int pitch) {
-  constexpr double kNearAxes = 12;
   const Film::Edges edges = film.edges();
-  return pitch < 4 && edges.tents && edges.off_axes_deg < kNearAxes;
+  return pitch < 4 && edges.tents && edges.off_axes_deg < Film::Edges::kNearAxesDeg;
 }
 
 int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full) {
@@ -118,10 +118,67 @@ int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full)
   return cells;
 }
 
+namespace {
+
+struct Piece {
+  int x = 0, y = 0;  // its first pixel and line
+};
+constexpr int kPieceWidth = 16, kPieceLines = 4;
+
+// Spread evenly over a window, never in step with a lattice: multiples of the golden ratio along x.
+std::vector<Piece> even_pieces(int n, int room_px, int room_lines) {
+  std::vector<Piece> pieces;
+  for (int k = 0; k < n; ++k) {
+    const double across = std::fmod(0.5 + k * 0.6180339887498949, 1.0);
+    pieces.push_back(
+        {static_cast<int>(across * room_px), static_cast<int>((k + 0.5) / n * room_lines)});
+  }
+  return pieces;
+}
+
+// Where the film changes most from pixel to pixel in a few rows of the window, of the rows the
+// steepest.
+std::vector<Piece> steep_pieces(const Film& film, const ScanWindow& window, int n, int room_px,
+                                int room_lines) {
+  struct Steep {
+    float slope = 0;
+    Piece piece;
+  };
+  const int n_rows = 8 * n;
+  const int first = floor_to_block(window.x_px);
+  const int n_px = floor_to_block(window.x_px + window.width_px + kBlockPx - 1) - first;
+  std::vector<Steep> rows;
+  rows.reserve(static_cast<std::size_t>(n_rows));
+  CellRow cells;
+  for (int k = 0; k < n_rows; ++k) {
+    const int line = static_cast<int>((k + 0.5) / n_rows * (window.n_lines - 1));
+    film.cells(window.optical_y(line), first, n_px, 2, cells);
+    Steep most;
+    for (int c = 0; c < kChannels; ++c) {
+      const float *const left = cells.phase(c, 0), *const right = cells.phase(c, 1);
+      for (int i = std::max(1, window.x_px - first); i < window.x_px - first + window.width_px;
+           ++i) {
+        const float slope = std::abs(right[i] - left[i - 1]);
+        if (slope <= most.slope) continue;
+        most = {slope,
+                {std::clamp(i - (window.x_px - first) - kPieceWidth / 2, 0, room_px),
+                 std::clamp(line - kPieceLines / 2, 0, room_lines)}};
+      }
+    }
+    rows.push_back(most);
+  }
+  std::ranges::stable_sort(rows, std::ranges::greater(), &Steep::slope);
+  std::vector<Piece> pieces;
+  pieces.reserve(static_cast<std::size_t>(n));
+  for (int k = 0; k < n; ++k) pieces.push_back(rows[static_cast<std::size_t>(k)].piece);
+  return pieces;
+}
+
+}  // namespace
+
 RenderError estimate_error(const std::shared_ptr<const Film>& film, const OpticsSpec& optics,
                            const ScanWindow& window, const ScanGeometry& geometry, int n_pieces) {
   CHECK(n_pieces >= 1 && window.width_px >= 1 && window.n_lines >= 1);
-  constexpr int kWidth = 16, kLines = 4;
   OpticsSpec finer = optics;
   RenderError error;
   error.cells_per_px =
@@ -129,17 +186,23 @@ RenderError estimate_error(const std::shared_ptr<const Film>& film, const Optics
   finer.cells_per_px = 2 * error.cells_per_px;
   // What joining costs is part of the error: the finer rendering joins one time less.
   finer.fewest_cells_per_px = 6;
+  const int width_px = std::min(kPieceWidth, window.width_px);
+  const int n_lines = std::min(kPieceLines, window.n_lines);
+  const int room_px = window.width_px - width_px, room_lines = window.n_lines - n_lines;
+  std::vector<Piece> pieces = even_pieces(n_pieces, room_px, room_lines);
+  if (window.pitch == 1 && n_pieces > 1) {
+    const std::vector<Piece> steep =
+        steep_pieces(*film, window, (n_pieces + 1) / 3, room_px, room_lines);
+    pieces.insert(pieces.end(), steep.begin(), steep.end());
+  }
   double squares = 0;
   std::vector<float> a, b;
-  for (int k = 0; k < n_pieces; ++k) {
-    // Spread evenly, never in step with a lattice: multiples of the golden ratio along x.
-    const double across = std::fmod(0.5 + k * 0.6180339887498949, 1.0);
+  for (const Piece& at : pieces) {
     ScanWindow piece = window;
-    piece.width_px = std::min(kWidth, window.width_px);
-    piece.n_lines = std::min(kLines, window.n_lines);
-    piece.x_px += window.pitch * static_cast<int>(across * (window.width_px - piece.width_px));
-    piece.y_px +=
-        window.step() * static_cast<int>((k + 0.5) / n_pieces * (window.n_lines - piece.n_lines));
+    piece.width_px = width_px;
+    piece.n_lines = n_lines;
+    piece.x_px += window.pitch * at.x;
+    piece.y_px += window.step() * at.y;
     a.resize(static_cast<std::size_t>(piece.width_px) * static_cast<std::size_t>(piece.n_lines) *
              kChannels);
     b.resize(a.size());

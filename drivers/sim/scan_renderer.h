@@ -36,11 +36,11 @@ struct RenderError {
   int n_samples = 0;
 };
 
-// A-posteriori estimate for a window: pieces spread over it are rendered as they would be and once
-// more with cells of half the side. The method converges with the square of the side, so the
-// difference is three quarters of the error; the figures are four thirds of it. The largest is at
-// least eight times the rms, for the worst sample is hardly among them. n_pieces of 16 x 4 samples
-// each.
+// A-posteriori estimate for a window: pieces spread over it, and half as many or fewer where the
+// film is steepest, are rendered as they would be and once more with cells of half the side. The
+// method converges with the square of the side, so the difference is three quarters of the error;
+// the figures are four thirds of it. The largest is at least eight times the rms, for the worst
+// sample is hardly among them. n_pieces of 16 x 4 samples each.
 [[nodiscard]] RenderError estimate_error(const std::shared_ptr<const Film>& film,
                                          const OpticsSpec& optics, const ScanWindow& window,
                                          const ScanGeometry& geometry = {}, int n_pieces = 12);

@@ -42,12 +42,12 @@ Film::Edges edges_of(const FilmSpec& spec) {
   // Light passes a clear gap undyed and exposes the film behind it; a dark one has two edges.
   if (spec.print.overlap_um < 0) {
     edges.contrast = 1;
-    edges.fewest_cells = 8;
-    if (frame_px < kSmallFrame) edges.fewest_plain = 10;
+    edges.fewest_cells = std::max(edges.fewest_cells, 8);
+    if (frame_px < kSmallFrame) edges.fewest_plain = std::max(edges.fewest_plain, 10);
   }
   const ScreenGradient g = PlacedScreen(spec).scan_gradient();
   const ScreenDescription screen = describe_screen(spec.screen);
-  // A tent is known across edges near the axes; where light spreads films are made of even cells.
+  // A tent is known across edges near the axes.
   constexpr double kNearAxes = 35;
   double farthest = 0;
   for (const ScreenShape& shape : screen.shapes) {
@@ -69,8 +69,26 @@ Film::Edges edges_of(const FilmSpec& spec) {
   if (edges.off_axes_deg < kAlongAxes && frame_px < kCheapFrame) {
     edges.fewest_cells = std::max(edges.fewest_cells, 8);
   }
-  edges.tents = farthest < kNearAxes && edges.radius_px == 0 && !edges.spreads &&
-                spec.scene != SceneKind::kRazor && spec.scene != SceneKind::kRandom;
+  edges.tents = farthest < kNearAxes && edges.radius_px == 0 && spec.scene != SceneKind::kRazor &&
+                spec.scene != SceneKind::kRandom;
+  if (edges.spreads) {
+    // Silver changes within a cell together with the dyes above it: so many cells to a spread, more
+    // where it is clipped behind gaps.
+    const bool near_axes = edges.tents && edges.off_axes_deg < Film::Edges::kNearAxesDeg;
+    const bool gaps = spec.print.overlap_um < 0;
+    const double spread_px =
+        std::hypot(spec.emulsion.spread_um, spec.emulsion.silver_spread_um) / spec.frame.pixel_um;
+    const double wanted = gaps && near_axes ? 4.4 / std::pow(spread_px, 1.7)
+                          : gaps            ? 4.5 / spread_px
+                          : near_axes       ? 3.5 / spread_px
+                                            : 2.5 / spread_px;
+    int cells = 8;
+    for (const int more : {10, 12, 16, 24, 32, 48}) {
+      if (cells < wanted) cells = more;
+    }
+    edges.fewest_cells = std::max(edges.fewest_cells, cells);
+    edges.fewest_plain = std::max(edges.fewest_plain, cells);
+  }
   return edges;
 }
 

@@ -21,9 +21,6 @@ void add_products(const float* a0, const float* a1, const float* t0, const float
   });
 }
 
-// Along either axis [cells^2].
-float variance_of(const CellRange& cells) { return cells.tents ? 1.0F / 6 : 1.0F / 12; }
-
 void by_phases(const float* from, std::size_t n_px, std::size_t per_px, std::vector<float>& out) {
   out.resize(n_px * per_px);
   for (std::size_t s = 0; s < per_px; ++s) {
@@ -58,15 +55,12 @@ const LightRows::Made& LightRows::made(std::int64_t row) {
   if (made.row == row) return made;
   made.row = row;
   const double y = height_of(row);
-  const auto& [first_px, n_px, per_px, tents] = cells_;
   if (film_->silver.spreads()) {
-    film_->silver.field(y, first_px, n_px, per_px, made.silver);
+    film_->silver.field(y, cells_, made.silver);
   } else {
-    film_->silver.behind_sets(y, first_px, n_px, per_px, made.silver, tents);
+    film_->silver.behind_sets(y, cells_, made.silver);
   }
-  if (film_->painter != nullptr) {
-    film_->silver.areas(y, first_px, n_px, per_px, made.areas, tents);
-  }
+  if (film_->painter != nullptr) film_->silver.areas(y, cells_, made.areas);
   return made;
 }
 
@@ -83,8 +77,8 @@ bool LightRows::harm(double y, double x, double step, Texture& t) {
     const float share = coarse_ ? 0.25F : 1.0F;
     const double down = !coarse_ ? 0.0 : k < 2 ? -off : off;
     const double across = !coarse_ ? 0.0 : k % 2 == 0 ? -off : off;
-    const bool here = film_->damage.local(y + down / cells_.per_px, x + across * step, step,
-                                          {point_[0], point_[1]});
+    const bool here = film_->damage->local(y + down / cells_.per_px, x + across * step, step,
+                                           {point_[0], point_[1]});
     if (here && !harmed) {
       t.whole.assign(n, whole_before);
       t.bared.assign(n, 0.0F);
@@ -113,10 +107,10 @@ const LightRows::Texture& LightRows::texture(std::int64_t row) {
   const double y = height_of(row), step = (film_->mirrored ? -1.0 : 1.0) / cells_.per_px;
   const double first = cells_.first_px + cell_offset_px(0, cells_.per_px);
   const double x = film_->strip.film_from_scan(first, y).x;
-  t.harmed = harm_ && film_->damage.has_local() && harm(y, x, step, t);
-  if (!film_->grain.is_off()) {
+  t.harmed = harm_ && film_->damage != nullptr && film_->damage->has_local() && harm(y, x, step, t);
+  if (has_grain()) {
     t.grain.resize(n);
-    film_->grain.texture(y, x, step, t.grain);
+    film_->grain->texture(y, x, step, t.grain);
     if (t.harmed) {
       for (std::size_t i = 0; i < n; ++i) t.grain[i] *= t.whole[i];
     }
@@ -129,7 +123,7 @@ const LightRows::Texture& LightRows::texture(std::int64_t row) {
 void LightRows::apply_texture(std::int64_t row, PlaneRow& silver) {
   const Texture& here = texture(row);
   const bool harmed = here.harmed;
-  const bool grainy = !film_->grain.is_off();
+  const bool grainy = has_grain();
   const Texture* const above = grainy && coarse_ ? &texture(row - 1) : &here;
   const Texture* const below = grainy && coarse_ ? &texture(row + 1) : &here;
   const auto n_px = static_cast<std::size_t>(cells_.n_px);
@@ -152,7 +146,7 @@ void LightRows::apply_texture(std::int64_t row, PlaneRow& silver) {
   depth_.resize(n);
   for (int k = 0; k < n_planes; ++k) {
     float* const t = silver.plane(k);
-    if (grainy) film_->grain.depths({t, n}, depth_);
+    if (grainy) film_->grain->depths({t, n}, depth_);
     if (harmed) {
       const float *const whole = means_[1].data(), *const bared = means_[2].data();
       for (std::size_t i = 0; i < n; ++i) t[i] = t[i] * whole[i] + bared[i];

@@ -20,17 +20,10 @@ struct FilmLayers {
   const FilmStrip& strip;
   const ElementPainter* painter;  // null: no réseau
   const SilverLayer& silver;
-  const Grain& grain;
-  const Damage& damage;
+  const Grain* grain;    // null: none
+  const Damage* damage;  // null: none
   bool mirrored;
   std::uint64_t id;  // of this film among all that ever were
-};
-
-// Which cells; of any pixels.
-struct CellRange {
-  int first_px = 0, n_px = 0, per_px = 1;
-  bool tents = false;  // CellRow
-  bool operator==(const CellRange&) const = default;
 };
 
 // Remembers the rows around the latest, for each is its neighbours' neighbour. Rows are asked for
@@ -67,6 +60,9 @@ class LightRows {
   const Finished& finished(std::int64_t row);
   void bend_across(const PlaneRow& silver, int n_planes, PlaneRow& to) const;
   void apply_texture(std::int64_t row, PlaneRow& silver);
+  [[nodiscard]] bool has_grain() const {
+    return film_->grain != nullptr && !film_->grain->is_off();
+  }
   [[nodiscard]] int plane_of(int set) const { return film_->silver.spreads() ? 0 : set; }
 
   const FilmLayers* film_ = nullptr;  // of the present call

@@ -6,6 +6,21 @@
 
 namespace reseau::sim {
 
+// Which cells of a row; of any pixels.
+struct CellRange {
+  int first_px = 0, n_px = 0, per_px = 1;
+  bool tents = false;  // CellRow
+  bool operator==(const CellRange&) const = default;
+  [[nodiscard]] std::size_t size() const {
+    return static_cast<std::size_t>(per_px) * static_cast<std::size_t>(n_px);
+  }
+};
+
+// Of a cell's weight along either axis [cells^2].
+[[nodiscard]] inline float variance_of(const CellRange& cells) {
+  return cells.tents ? 1.0F / 6 : 1.0F / 12;
+}
+
 // A row of square cells with any number of values each, laid out as CellRow: [plane][phase][pixel].
 class PlaneRow {
  public:

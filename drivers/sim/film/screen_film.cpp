@@ -81,7 +81,8 @@ ScreenFilm::ScreenFilm(const FilmSpec& spec)
   CHECK(spec.kind != FilmKind::kEmpty);
   // What elements and silver change together is taken from the cells around.
   const bool small = edges_.fewest_cells > 0, gaps = spec.print.overlap_um < 0;
-  edges_.fewest_tents = gaps ? 12 : small && damage_.has_local() ? 10 : 8;
+  // Those of spread light are summed at three to a px if they are 12, which is less exact than 10.
+  edges_.fewest_tents = gaps ? (edges_.spreads ? 10 : 12) : small && damage_.has_local() ? 10 : 8;
 }
 
 double ScreenFilm::height_um(double x, double /*y*/) const { return screen_.height_um(x); }
@@ -92,7 +93,7 @@ ScreenFilm::Rows& ScreenFilm::rows_of_thread(int level, int run) {
 }
 
 FilmLayers ScreenFilm::layers() const {
-  return {strip_, painter_.get(), silver_, grain_, damage_, spec_.mirrored, id_};
+  return {strip_, painter_.get(), silver_, &grain_, &damage_, spec_.mirrored, id_};
 }
 
 void ScreenFilm::cells(double y, int first_px, int n_px, int per_px, CellRow& out) const {

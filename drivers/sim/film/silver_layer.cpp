@@ -9,12 +9,12 @@
 
 #include "drivers/sim/film.h"
 #include "drivers/sim/film/element_response.h"
+#include "drivers/sim/film/light_rows.h"
 
 namespace reseau::sim {
 namespace {
 
-constexpr int kMostParts = 4;   // of a cell, along each side
-constexpr double kReach = 4.0;  // of a Gaussian, in standard deviations
+constexpr int kMostParts = 4, kPartsOfTents = 3;  // of a cell, along each side
 
 // Luminance of Rec. 601, as black-and-white film without a filter roughly sees it.
 constexpr std::array<float, 3> kLuminance{0.30F, 0.59F, 0.11F};
@@ -24,53 +24,23 @@ std::uint64_t next_id() {
   return ++last;
 }
 
-// Weights of samples first … for the value at `at`, samples at whole numbers.
-struct GaussWeights {
-  std::int64_t first = 0;
-  std::vector<float> w;
-  GaussWeights(double at, double sigma) {
-    first = static_cast<std::int64_t>(std::ceil(at - kReach * sigma));
-    const auto last = static_cast<std::int64_t>(std::floor(at + kReach * sigma));
-    double sum = 0;
-    std::vector<double> weights;
-    for (std::int64_t j = first; j <= last; ++j) {
-      const double t = (static_cast<double>(j) - at) / sigma;
-      weights.push_back(std::exp(-0.5 * t * t));
-      sum += weights.back();
-    }
-    for (const double v : weights) w.push_back(static_cast<float>(v / sum));
-  }
-};
-
 }  // namespace
-
-// Rows of a stage, blurred along x, of the cells just behind and ahead.
-struct SilverLayer::Ring {
-  std::uint64_t id = 0;
-  int first_px = 0, n_px = 0, per_px = 0;
-  std::vector<std::int64_t> row_in_slot;
-  std::vector<std::vector<float>> slots;
-  std::vector<float> source;
-
-  void prepare(std::uint64_t layer, int first, int n, int per, std::size_t n_slots) {
-    if (id == layer && first_px == first && n_px == n && per_px == per && slots.size() == n_slots) {
-      return;
-    }
-    id = layer;
-    first_px = first;
-    n_px = n;
-    per_px = per;
-    row_in_slot.assign(n_slots, INT64_MIN);
-    slots.assign(n_slots, {});
-  }
-};
 
 // Rows of areas at the grid of cells, painted for the exposure and kept until they are asked for.
 struct SilverLayer::Painted {
   std::uint64_t id = 0;
-  int first_px = 0, n_px = 0, per_px = 0;
+  CellRange cells;
   std::vector<std::int64_t> row_in_slot;
   std::vector<PlaneRow> slots;
+};
+
+// Rows of parts of tents, summed along x: neighbouring rows of cells have some in common.
+struct SilverLayer::Parts {
+  std::uint64_t id = 0;
+  CellRange cells;
+  std::array<std::int64_t, 8> row_in_slot{};
+  std::array<std::vector<float>, 8> slots;
+  std::vector<float> fine;
 };
 
 SilverLayer::Painted& SilverLayer::painted_of_thread() {
@@ -87,7 +57,9 @@ SilverLayer::SilverLayer(const FilmSpec& spec, const FilmStrip& strip,
       silver_px_(spec.emulsion.silver_spread_um / spec.frame.pixel_um),
       reach_px_(kReach * (light_px_ + silver_px_)),
       id_(next_id()) {
-  if (!spreads() || painter == nullptr || !strip.has_fine_detail()) return;
+  if (!spreads()) return;
+  before_.reset(new SilverLayer(Before{this}));
+  if (painter == nullptr || !strip.has_fine_detail()) return;
   constexpr int kPlaces = 9;
   for (int j = 0; j < kPlaces; ++j) {
     const double y = (spec.frame.height_px - 1.0) * j / (kPlaces - 1);
@@ -97,54 +69,66 @@ SilverLayer::SilverLayer(const FilmSpec& spec, const FilmStrip& strip,
   }
 }
 
-const PlaneRow* SilverLayer::painted(double y, int first_px, int n_px, int per_px) const {
-  if (painter_ == nullptr) return nullptr;
+SilverLayer::SilverLayer(const Before& before)
+    : strip_(before.layer->strip_),
+      painter_(before.layer->painter_),
+      taking_(before.layer->taking_),
+      light_px_(0),
+      silver_px_(0),
+      reach_px_(before.layer->reach_px_),
+      id_(before.layer->id_),
+      curved_(before.layer->light_px_ == 0),
+      keeps_(true) {}
+
+const PlaneRow& SilverLayer::painted(double y, const CellRange& cells) const {
   Painted& rows = painted_of_thread();
-  const auto n_slots = static_cast<std::int64_t>(std::ceil(2 * reach_px_ * per_px)) + 4;
-  if (rows.id != id_ || rows.first_px != first_px || rows.n_px != n_px || rows.per_px != per_px ||
-      std::ssize(rows.slots) != n_slots) {
+  // As far ahead and behind as spreads reach and light rows look.
+  const auto n_slots = static_cast<std::int64_t>(std::ceil(2 * reach_px_ * cells.per_px)) + 12;
+  if (rows.id != id_ || rows.cells != cells || std::ssize(rows.slots) != n_slots) {
     rows.id = id_;
-    rows.first_px = first_px;
-    rows.n_px = n_px;
-    rows.per_px = per_px;
+    rows.cells = cells;
     rows.row_in_slot.assign(static_cast<std::size_t>(n_slots), INT64_MIN);
     rows.slots.resize(static_cast<std::size_t>(n_slots));
   }
-  const std::int64_t j = std::llround((y + 0.5) * per_px - 0.5);
+  const std::int64_t j = std::llround((y + 0.5) * cells.per_px - 0.5);
   const auto slot = static_cast<std::size_t>((j % n_slots + n_slots) % n_slots);
   if (rows.row_in_slot[slot] != j) {
-    painter_->areas(y, first_px, n_px, per_px, rows.slots[slot]);
+    painter_->areas(y, cells.first_px, cells.n_px, cells.per_px, rows.slots[slot], cells.tents);
     rows.row_in_slot[slot] = j;
   }
-  return &rows.slots[slot];
+  return rows.slots[slot];
 }
 
-void SilverLayer::areas(double y, int first_px, int n_px, int per_px, PlaneRow& out,
-                        bool tents) const {
+void SilverLayer::areas(double y, const CellRange& cells, PlaneRow& out) const {
+  if (keeps_) {
+    out = painted(y, cells);
+    return;
+  }
   const Painted& rows = painted_of_thread();
-  const double at = (y + 0.5) * per_px - 0.5;
+  const double at = (y + 0.5) * cells.per_px - 0.5;
   const std::int64_t j = std::llround(at);
   const auto n_slots = static_cast<std::int64_t>(rows.slots.size());
-  const int skip = first_px - rows.first_px;
-  if (spreads() && rows.id == id_ && rows.per_px == per_px && skip >= 0 &&
-      skip + n_px <= rows.n_px && static_cast<double>(j) == at) {
+  const int skip = cells.first_px - rows.cells.first_px;
+  if (spreads() && rows.id == id_ && rows.cells.per_px == cells.per_px &&
+      rows.cells.tents == cells.tents && skip >= 0 && skip + cells.n_px <= rows.cells.n_px &&
+      std::abs(static_cast<double>(j) - at) < 1e-6) {
     const auto slot = static_cast<std::size_t>((j % n_slots + n_slots) % n_slots);
     if (rows.row_in_slot[slot] == j) {
       const auto n_planes = static_cast<int>(painter_->sets().size());
-      out.resize(first_px, n_px, per_px, n_planes);
+      out.resize(cells.first_px, cells.n_px, cells.per_px, n_planes);
       for (int k = 0; k < n_planes; ++k) {
-        for (int s = 0; s < per_px; ++s) {
-          std::copy_n(rows.slots[slot].phase(k, s) + skip, n_px, out.phase(k, s));
+        for (int s = 0; s < cells.per_px; ++s) {
+          std::copy_n(rows.slots[slot].phase(k, s) + skip, cells.n_px, out.phase(k, s));
         }
       }
       return;
     }
   }
-  painter_->areas(y, first_px, n_px, per_px, out, tents);
+  painter_->areas(y, cells.first_px, cells.n_px, cells.per_px, out, cells.tents);
 }
 
-void SilverLayer::exposure_behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out,
-                                       bool tents) const {
+void SilverLayer::exposure_behind_sets(double y, const CellRange& cells, PlaneRow& out) const {
+  const auto& [first_px, n_px, per_px, tents] = cells;
   // Exposures behind red, green and blue, cell by cell in the order of the place.
   thread_local std::vector<float> scratch;
   const auto n = static_cast<std::size_t>(n_px) * static_cast<std::size_t>(per_px);
@@ -197,9 +181,9 @@ void SilverLayer::exposure_behind_sets(double y, int first_px, int n_px, int per
   }
 }
 
-void SilverLayer::behind_sets(double y, int first_px, int n_px, int per_px, PlaneRow& out,
-                              bool tents) const {
-  exposure_behind_sets(y, first_px, n_px, per_px, out, tents);
+void SilverLayer::behind_sets(double y, const CellRange& cells, PlaneRow& out) const {
+  exposure_behind_sets(y, cells, out);
+  if (!curved_) return;
   const std::size_t n_planes = painter_ == nullptr ? 1 : painter_->sets().size();
   const bool identity = strip_.hd_curve().is_identity();
   for (std::size_t k = 0; k < n_planes; ++k) {
@@ -212,36 +196,39 @@ void SilverLayer::behind_sets(double y, int first_px, int n_px, int per_px, Plan
   }
 }
 
-int SilverLayer::parts_of(int per_px) const {
+int SilverLayer::parts_of(const CellRange& cells) const {
+  // Steps lie within cells of any size.
+  const int steps_at = strip_.has_steps() ? FilmStrip::kWholeCellsAt : cells.per_px;
+  const auto too_fine = [&](int parts) {
+    return finest_ * FilmStrip::kWholeCellsAt > FilmStrip::kWholeCells * steps_at * parts;
+  };
+  if (cells.per_px <= 2) return 1;
+  if (cells.tents) return too_fine(1) ? kPartsOfTents : 1;
   int parts = 1;
-  while (parts < kMostParts &&
-         finest_ * FilmStrip::kWholeCellsAt > FilmStrip::kWholeCells * per_px * parts)
-    parts *= 2;
-  return per_px > 2 ? parts : 1;
+  while (parts < kMostParts && too_fine(parts)) parts *= 2;
+  return parts;
 }
 
-void SilverLayer::exposure_row(double y, int first_px, int n_px, int per_px,
-                               std::vector<float>& out) const {
-  const int parts = parts_of(per_px);
-  const bool curve_first = light_px_ == 0;
+void SilverLayer::exposure_row(double y, const CellRange& cells, std::vector<float>& out) const {
+  const int parts = parts_of(cells);
   if (parts == 1) {
-    exposure_as_is(y, first_px, n_px, per_px, painted(y, first_px, n_px, per_px), out);
-    if (curve_first) apply_curve(out);
+    exposure_as_is(y, cells, out);
+    return;
+  }
+  if (cells.tents) {
+    exposure_of_tents(y, cells, parts, out);
     return;
   }
   // What lies behind an element changes within the cell: means of its parts.
   thread_local std::vector<float> fine;
-  thread_local PlaneRow areas;
-  const auto n = static_cast<std::size_t>(n_px) * static_cast<std::size_t>(per_px);
+  const std::size_t n = cells.size();
   const auto n_parts = static_cast<std::size_t>(parts);
   const auto share = static_cast<float>(1.0 / (parts * parts));
+  const CellRange finer{cells.first_px, cells.n_px, cells.per_px * parts};
   out.assign(n, 0.0F);
   for (int j = 0; j < parts; ++j) {
-    const double at = y + ((j + 0.5) / parts - 0.5) / per_px;
-    if (painter_ != nullptr) painter_->areas(at, first_px, n_px, per_px * parts, areas);
-    exposure_as_is(at, first_px, n_px, per_px * parts, painter_ == nullptr ? nullptr : &areas,
-                   fine);
-    if (curve_first) apply_curve(fine);
+    const double at = y + ((j + 0.5) / parts - 0.5) / cells.per_px;
+    exposure_as_is(at, finer, fine);
     for (std::size_t i = 0; i < n; ++i) {
       float sum = 0;
       for (std::size_t k = 0; k < n_parts; ++k) sum += fine[i * n_parts + k];
@@ -250,101 +237,58 @@ void SilverLayer::exposure_row(double y, int first_px, int n_px, int per_px,
   }
 }
 
-void SilverLayer::exposure_as_is(double y, int first_px, int n_px, int per_px,
-                                 const PlaneRow* areas, std::vector<float>& out) const {
-  thread_local PlaneRow exposure;
-  exposure_behind_sets(y, first_px, n_px, per_px, exposure);
-  const auto n = static_cast<std::size_t>(n_px), per = static_cast<std::size_t>(per_px);
+// A tent is a sum of tents of a third of its side, weights 1 2 3 2 1.
+void SilverLayer::exposure_of_tents(double y, const CellRange& cells, int parts,
+                                    std::vector<float>& out) const {
+  thread_local Parts rows;
+  if (rows.id != id_ || rows.cells != cells) {
+    rows.id = id_;
+    rows.cells = cells;
+    rows.row_in_slot.fill(INT64_MIN);
+  }
+  const CellRange finer{cells.first_px, cells.n_px, cells.per_px * parts, true};
+  const auto n = static_cast<std::int64_t>(cells.size());
+  const auto weight = [parts](int k) {
+    return static_cast<float>(parts - std::abs(k)) / static_cast<float>(parts * parts);
+  };
+  const std::int64_t middle =
+      std::llround((y + 0.5) * cells.per_px - 0.5) * parts + (parts - 1) / 2;
+  out.assign(cells.size(), 0.0F);
+  for (int j = 1 - parts; j < parts; ++j) {
+    const std::int64_t row = middle + j;
+    const auto slot = static_cast<std::size_t>(row & 7);
+    std::vector<float>& joined = rows.slots[slot];
+    if (rows.row_in_slot[slot] != row) {
+      rows.row_in_slot[slot] = row;
+      const double at = (static_cast<double>(row) + 0.5) / finer.per_px - 0.5;
+      exposure_as_is(at, finer, rows.fine);
+      joined.assign(cells.size(), 0.0F);
+      const std::int64_t last = n * parts - 1;
+      for (std::int64_t i = 0; i < n; ++i) {
+        for (int k = 1 - parts; k < parts; ++k) {
+          const std::int64_t part = i * parts + (parts - 1) / 2 + k;
+          joined[static_cast<std::size_t>(i)] +=
+              weight(k) *
+              rows.fine[static_cast<std::size_t>(std::clamp<std::int64_t>(part, 0, last))];
+        }
+      }
+    }
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] += weight(j) * joined[i];
+  }
+}
+
+void SilverLayer::exposure_as_is(double y, const CellRange& cells, std::vector<float>& out) const {
+  thread_local LightRows rows;
+  const FilmLayers film{strip_, painter_, *before_, nullptr, nullptr, false, id_};
+  const PlaneRow& light = rows.row(film, y, cells, false);
+  const auto n = static_cast<std::size_t>(cells.n_px), per = static_cast<std::size_t>(cells.per_px);
   out.assign(n * per, 0.0F);
   const std::size_t n_planes = painter_ == nullptr ? 1 : painter_->sets().size();
   for (std::size_t k = 0; k < n_planes; ++k) {
     for (std::size_t s = 0; s < per; ++s) {
-      const float* e = exposure.phase(static_cast<int>(k), static_cast<int>(s));
-      const float* a =
-          areas == nullptr ? nullptr : areas->phase(static_cast<int>(k), static_cast<int>(s));
-      for (std::size_t i = 0; i < n; ++i) {
-        out[i * per + s] += a == nullptr ? e[i] : a[i] * e[i];
-      }
+      const float* const from = light.phase(static_cast<int>(k), static_cast<int>(s));
+      for (std::size_t i = 0; i < n; ++i) out[i * per + s] += from[i];
     }
-  }
-}
-
-void SilverLayer::apply_curve(std::vector<float>& exposure) const {
-  strip_.hd_curve().apply(exposure);
-  if (strip_.hd_curve().is_identity()) {
-    for (float& t : exposure) t = std::min(t, 1.0F);
-  }
-}
-
-void SilverLayer::silver_row(double y, int first_px, int n_px, int per_px,
-                             std::vector<float>& out) const {
-  if (light_px_ > 0) {
-    blurred(Stage::kExposure, light_px_, y, first_px, n_px, per_px, out);
-    apply_curve(out);
-  } else {
-    exposure_row(y, first_px, n_px, per_px, out);
-  }
-}
-
-void SilverLayer::blurred(Stage stage, double sigma_px, double y, int first_px, int n_px,
-                          int per_px, std::vector<float>& out) const {
-  const double sigma = sigma_px * per_px;
-  const auto reach = static_cast<int>(std::ceil(kReach * sigma));
-  const int margin_px = (reach / per_px / kBlockPx + 1) * kBlockPx;
-  const auto margin = static_cast<std::size_t>(margin_px) * static_cast<std::size_t>(per_px);
-  const auto n = static_cast<std::size_t>(n_px) * static_cast<std::size_t>(per_px);
-
-  thread_local std::array<Ring, 2> rings;
-  Ring& ring = rings[stage == Stage::kExposure ? 0 : 1];
-  const auto n_slots = static_cast<std::size_t>(2) * static_cast<std::size_t>(reach) + 2;
-  ring.prepare(id_, first_px, n_px, per_px, n_slots);
-
-  // Row j of the grid is centred at y = (j + 0.5) / per_px - 0.5.
-  const GaussWeights down((y + 0.5) * per_px - 0.5, sigma);
-  const GaussWeights across(0, sigma);
-  out.assign(n, 0.0F);
-  for (std::size_t k = 0; k < down.w.size(); ++k) {
-    const std::int64_t j = down.first + static_cast<std::int64_t>(k);
-    const auto slot = static_cast<std::size_t>(
-        (j % static_cast<std::int64_t>(n_slots) + static_cast<std::int64_t>(n_slots)) %
-        static_cast<std::int64_t>(n_slots));
-    if (ring.row_in_slot[slot] != j) {
-      const double row_y = (static_cast<double>(j) + 0.5) / per_px - 0.5;
-      const int first = first_px - margin_px, width = n_px + 2 * margin_px;
-      std::vector<float>& source = ring.source;
-      if (stage == Stage::kExposure) {
-        exposure_row(row_y, first, width, per_px, source);
-      } else {
-        silver_row(row_y, first, width, per_px, source);
-      }
-      std::vector<float>& row = ring.slots[slot];
-      row.assign(n, 0.0F);
-      for (std::size_t t = 0; t < across.w.size(); ++t) {
-        const float w = across.w[t];
-        const float* from = source.data() + static_cast<std::ptrdiff_t>(margin) + across.first +
-                            static_cast<std::ptrdiff_t>(t);
-        for (std::size_t i = 0; i < n; ++i) row[i] += w * from[i];
-      }
-      ring.row_in_slot[slot] = j;
-    }
-    const float w = down.w[k];
-    const float* from = ring.slots[slot].data();
-    for (std::size_t i = 0; i < n; ++i) out[i] += w * from[i];
-  }
-}
-
-void SilverLayer::field(double y, int first_px, int n_px, int per_px, PlaneRow& out) const {
-  thread_local std::vector<float> row;
-  if (silver_px_ > 0) {
-    blurred(Stage::kSilver, silver_px_, y, first_px, n_px, per_px, row);
-  } else {
-    silver_row(y, first_px, n_px, per_px, row);
-  }
-  out.resize(first_px, n_px, per_px, 1);
-  for (int s = 0; s < per_px; ++s) {
-    float* to = out.phase(0, s);
-    const float* from = row.data() + s;
-    for (int i = 0; i < n_px; ++i) to[i] = from[i * per_px];
   }
 }
 

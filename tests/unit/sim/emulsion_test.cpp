@@ -86,7 +86,7 @@ TEST(Emulsion, SpreadIsTheGaussianOfItsWidth) {
     std::complex<double> sum = 0;
     for (int j = 0; j < 4 * 96; ++j) {
       const double y = 96 + cell_offset_px(j, 4);
-      silver.field(y, 96, 96, 4, row);
+      silver.field(y, {96, 96, 4}, row);
       const double wy = 0.5 - 0.5 * std::cos(2 * kPi * (j + 0.5) / 384);
       for (int s = 0; s < 4; ++s) {
         for (int i = 0; i < 96; ++i) {

@@ -160,7 +160,8 @@ TEST(FilmTruth, ProcessRgbHasNeitherGrainNorHarm) {
 TEST(SimSpec, RefusesDeformationsThatHaveNoPlace) {
   for (const char* bad : {"ls5000?radial=0.01&frames=2", "ls5000?perspective_y=0.01&frames=3",
                           "ls5000?warp_px=20&warp_length_px=60", "ls5000?screen=autochrome",
-                          "ls5000?width_px=100&outside_px=60", "ls5000?grain=0.9"}) {
+                          "ls5000?width_px=100&outside_px=60", "ls5000?grain=0.9",
+                          "ls5000?spread_um=0.5", "ls5000?silver_spread_um=0.01"}) {
     EXPECT_ANY_THROW((void)parse_sim_spec(bad)) << bad;
   }
 }
