@@ -56,6 +56,41 @@ struct FieldRecord {
   [[nodiscard]] Measured at(double x, double y) const;
 };
 
+// Every parameter of the physical model as a surface over the frame, fitted to all edges together.
+// x and y run from -1 to 1 over the frame of `frame_px`.
+struct PsfFieldRecord {
+  struct Surface {
+    std::string name;  // as in PsfRecord; those of the unit count for every channel
+    int order = 0;     // 0, 1 or 2; 1, 3 or 6 coefficients of 1, x, y, x^2, x y, y^2
+    bool determined = true;
+    bool operator==(const Surface&) const = default;
+  };
+  std::array<int, 2> frame_px{};
+  int edges = 0;
+  bool known = false;  // edges lie in enough places to tell a change
+  bool has_focus = false;
+  double focus = 0;  // setting that `mtf50` stands for: green's best in the middle
+  std::vector<Surface> surfaces;
+  std::vector<double> coefficients;  // of all surfaces, one after the other
+  std::vector<double> covariance;    // of all of them, row by row
+  int rank = 0;                      // of as many coefficients
+  double scatter = 1;                // of the edges about the surfaces, over what they claim
+  struct Pair {
+    std::string a, b;
+    double r = 0;
+    bool operator==(const Pair&) const = default;
+  };
+  std::vector<Pair> correlated;      // beyond +-0.95 in the middle of the frame
+  std::vector<std::string> remarks;  // what cannot be told, as sentences
+  bool operator==(const PsfFieldRecord&) const = default;
+
+  // Nothing for a name that is not among them.
+  [[nodiscard]] std::optional<Measured> at(const std::string& name, double x, double y) const;
+  [[nodiscard]] const Surface* find(const std::string& name) const;
+  // How a parameter at a place depends on the coefficients: as many numbers as there are.
+  [[nodiscard]] std::vector<double> weights(const std::string& name, double x, double y) const;
+};
+
 // Physical model of the optics (calibration/psf), parameters by name.
 struct PsfRecord {
   std::vector<std::string> names;
@@ -64,6 +99,7 @@ struct PsfRecord {
   std::vector<double> covariance;  // of the names, row by row
   double chi2_per_freedom = 0;
   std::array<std::optional<FieldRecord>, 4> field;
+  std::optional<PsfFieldRecord> surfaces;
   bool operator==(const PsfRecord&) const = default;
 };
 

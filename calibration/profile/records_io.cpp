@@ -143,6 +143,83 @@ FieldRecord field_from(const Fields& from) {
   return field;
 }
 
+Json surfaces_to_json(const PsfFieldRecord& field) {
+  Json json = Json::object();
+  json["frame_px"] = field.frame_px;
+  json["edges"] = field.edges;
+  json["known"] = Json::array({field.known});
+  if (field.has_focus) json["focus"] = field.focus;
+  Json names = Json::array(), orders = Json::array(), determined = Json::array();
+  for (const PsfFieldRecord::Surface& s : field.surfaces) {
+    names.push_back(s.name);
+    orders.push_back(s.order);
+    determined.push_back(s.determined);
+  }
+  json["names"] = names;
+  json["orders"] = orders;
+  json["determined"] = determined;
+  json["coefficients"] = field.coefficients;
+  json["covariance"] = field.covariance;
+  json["rank"] = field.rank;
+  json["scatter"] = field.scatter;
+  Json pairs = Json::array(), r = Json::array();
+  for (const PsfFieldRecord::Pair& pair : field.correlated) {
+    pairs.push_back(pair.a);
+    pairs.push_back(pair.b);
+    r.push_back(pair.r);
+  }
+  json["correlated"] = pairs;
+  json["correlations"] = r;
+  json["remarks"] = field.remarks;
+  return json;
+}
+
+PsfFieldRecord surfaces_from(const Fields& from) {
+  PsfFieldRecord field;
+  constexpr double kMostPx = 1e7, kMostEdges = 1e6;
+  const auto whole = [&](const char* name, double value, double most) {
+    if (!(value >= 0) || !(value <= most)) throw from.error(name, "is out of range");
+    return static_cast<int>(value);
+  };
+  const std::vector<double> frame = from.numbers("frame_px");
+  if (frame.size() != 2) throw from.error("frame_px", "must hold width and height");
+  field.frame_px = {whole("frame_px", frame[0], kMostPx), whole("frame_px", frame[1], kMostPx)};
+  field.edges = whole("edges", from.number("edges"), kMostEdges);
+  const std::vector<bool> known = from.flags("known");
+  field.known = !known.empty() && known.front();
+  field.has_focus = from.has("focus");
+  field.focus = from.optional_number("focus").value_or(0);
+  const auto names = from.texts("names");
+  const auto orders = from.numbers("orders");
+  const auto determined = from.flags("determined");
+  field.coefficients = from.numbers("coefficients");
+  field.covariance = from.numbers("covariance");
+  if (orders.size() != names.size() || determined.size() != names.size()) {
+    throw from.error("orders", "must hold one for each of the names, and so must 'determined'");
+  }
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const int order = whole("orders", orders[i], 2);
+    n += order == 0 ? 1 : order == 1 ? 3 : 6;
+    field.surfaces.push_back({names[i], order, determined[i]});
+  }
+  if (field.coefficients.size() != n || field.covariance.size() != n * n) {
+    throw from.error("coefficients", "must fit the orders, and so must the covariance");
+  }
+  field.rank = whole("rank", from.number("rank"), static_cast<double>(n));
+  field.scatter = from.number("scatter");
+  const auto pairs = from.texts("correlated");
+  const auto r = from.numbers("correlations");
+  if (pairs.size() != 2 * r.size()) {
+    throw from.error("correlated", "must hold two names for each of the correlations");
+  }
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    field.correlated.push_back({pairs[2 * i], pairs[2 * i + 1], r[i]});
+  }
+  field.remarks = from.texts("remarks");
+  return field;
+}
+
 }  // namespace
 
 void put_records(const Profile& profile, std::size_t channel, Json& to) {
@@ -174,6 +251,7 @@ Json psf_record_to_json(const PsfRecord& record) {
     if (record.field[c]) field[kProfileChannelNames[c]] = field_to_json(*record.field[c]);
   }
   if (!field.empty()) json["field"] = field;
+  if (record.surfaces) json["surfaces"] = surfaces_to_json(*record.surfaces);
   return json;
 }
 
@@ -197,6 +275,7 @@ PsfRecord psf_record_from(const Fields& from) {
       }
     }
   }
+  if (const auto surfaces = from.object("surfaces")) record.surfaces = surfaces_from(*surfaces);
   return record;
 }
 

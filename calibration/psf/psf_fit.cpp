@@ -32,6 +32,7 @@ constexpr double kAlongAxis = 0.8;
 // Scaled to a unit diagonal, curvatures below this share of the largest are none.
 constexpr double kNoCurvature = 1e-9;
 constexpr double kCorrelated = 0.95;
+constexpr double kNearlyAsGood = 1.05;
 constexpr double kCellsPerPx = 8;  // of the residuals that are told
 
 struct Solved {
@@ -138,6 +139,18 @@ Solved best_of_starts(std::span<const PsfEdge> edges, const Freedom& freedom, co
     if (stop && stop()) return {};
     Solved now = solve_from(edges, freedom, start_of(edges, freedom, waves), stop);
     if (now.ok && (!best.ok || now.cost < best.cost)) best = std::move(now);
+  }
+  // A side that is squared may turn negative, and a wide Gaussian makes up for it: a minimum of its
+  // own, which no scanner is in unless its edges say so plainly.
+  for (const double aperture2 : {1.0, 4.0}) {
+    if (!best.ok || best.unknowns.aperture2 > 0) break;
+    Unknowns start = best.unknowns;
+    for (Unknowns::Channel& c : start.channels) c.sigma2 += (start.aperture2 - aperture2) / 12;
+    start.aperture2 = aperture2;
+    Solved now = solve_from(edges, freedom, start, stop);
+    if (now.ok && now.unknowns.aperture2 > 0 && now.cost < kNearlyAsGood * best.cost) {
+      best = std::move(now);
+    }
   }
   return best;
 }

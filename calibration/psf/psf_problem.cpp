@@ -10,23 +10,6 @@
 namespace reseau::psf {
 namespace {
 
-// Order of the parameter blocks of a residual block.
-enum Block : int {
-  kBlockAperture,
-  kBlockAspect,
-  kBlockHalo,
-  kBlockHaloSigma,
-  kBlockPath,
-  kBlockDiffraction,
-  kBlockSigma,
-  kBlockBest,
-  kBlockOffset,
-  kBlockDark,
-  kBlockBright,
-  kBlocks
-};
-
-// Residuals of the bins of one edge over their noise.
 class EdgeCost final : public ceres::CostFunction {
  public:
   EdgeCost(const PsfEdge& edge, double focus, double waves_per_path)
@@ -107,6 +90,11 @@ class EdgeCost final : public ceres::CostFunction {
 };
 
 }  // namespace
+
+std::unique_ptr<ceres::CostFunction> edge_cost(const PsfEdge& edge, double focus,
+                                               double waves_per_path) {
+  return std::make_unique<EdgeCost>(edge, focus, waves_per_path);
+}
 
 Setup::Setup() : problem(std::make_unique<ceres::Problem>()) {}
 Setup::~Setup() = default;

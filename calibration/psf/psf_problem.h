@@ -10,8 +10,9 @@
 #include "calibration/psf/psf_fit.h"
 
 namespace ceres {
+class CostFunction;
 class Problem;
-}
+}  // namespace ceres
 
 namespace reseau::psf {
 
@@ -65,5 +66,27 @@ struct Setup {
                                             Unknowns& unknowns);
 
 [[nodiscard]] const char* channel_name(int channel);
+
+// Parameters of one edge, each a block of one number: what it shares, then its own.
+enum Block : int {
+  kBlockAperture,
+  kBlockAspect,
+  kBlockHalo,
+  kBlockHaloSigma,
+  kBlockPath,
+  kBlockDiffraction,
+  kBlockSigma,
+  kBlockBest,
+  kBlockOffset,
+  kBlockDark,
+  kBlockBright,
+  kBlocks
+};
+inline constexpr int kSharedBlocks = kBlockOffset;
+
+// Residuals of the bins of one edge over their noise. Refers to `edge`. Evaluate: false where the
+// profile cannot be computed.
+[[nodiscard]] std::unique_ptr<ceres::CostFunction> edge_cost(const PsfEdge& edge, double focus,
+                                                             double waves_per_path);
 
 }  // namespace reseau::psf

@@ -32,6 +32,8 @@ bool runs_along_y(const MeasuredEdge& edge) {
   return false;
 }
 
+}  // namespace
+
 PsfEdge psf_edge(const ChannelEdge& c, const MeasuredFile& file) {
   const EdgeMeasurement& m = c.measured;
   PsfEdge one;
@@ -45,8 +47,6 @@ PsfEdge psf_edge(const ChannelEdge& c, const MeasuredFile& file) {
   one.mtf50_cy_per_px = m.mtf.all.mtf50 ? m.mtf.all.mtf50->f_cy_per_px : 0;
   return one;
 }
-
-}  // namespace
 
 PsfChoice psf_edges(const std::vector<MeasuredFile>& files) {
   PsfChoice out;

@@ -13,6 +13,8 @@ namespace reseau::cli {
 
 // Whether fit_psf can use it: figures, in a channel that a scanner has; grey counts as green.
 [[nodiscard]] bool fits_psf(const ChannelEdge& edge);
+// As fit_psf takes it, of an edge that fits.
+[[nodiscard]] PsfEdge psf_edge(const ChannelEdge& edge, const MeasuredFile& file);
 // What fit_psf is given, and the measurement that each was made of.
 struct PsfChoice {
   std::vector<PsfEdge> edges;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "capture/cli/calibrate_field.h"
 #include "capture/cli/calibrate_psf.h"
 #include "capture/cli/report_plot.h"
 #include "capture/color/svg.h"
@@ -273,6 +274,9 @@ std::string calibration_html(const CalibrationReport& report) {
   if (report.psf != nullptr) out += psf_html(*report.psf);
   if (report.profile != nullptr && report.profile->psf_model) {
     out += field_html(*report.profile->psf_model);
+    if (report.profile->psf_model->surfaces) {
+      out += psf_field_html(*report.profile->psf_model->surfaces);
+    }
   }
   if (report.focus != nullptr) out += focus_html(*report.focus);
   if (report.gate != nullptr) out += gate_html(*report.gate);

@@ -12,6 +12,7 @@
 #include "calibration/profile/profile_io.h"
 #include "capture/cli/calibrate_bench.h"
 #include "capture/cli/calibrate_compare.h"
+#include "capture/cli/calibrate_field.h"
 #include "capture/cli/calibrate_focus.h"
 #include "capture/cli/calibrate_gate.h"
 #include "capture/cli/calibrate_psf.h"
@@ -239,15 +240,24 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
   }
   const bool keep = bench || options.save || !options.profile.empty();
   std::optional<PsfFit> psf;
+  std::optional<PsfFieldRecord> over_frame;
   PsfChoice psf_choice;
   if (any && (options.psf || keep || !report.empty())) {
     psf_choice = psf_edges(all.files);
     std::vector<PsfEdge> edges = psf_choice.edges;
     if (bench) add_psf_edges(all.focus, edges);
-    psf = fit_psf(edges, [&] { return work.signals.stop().stop_requested(); });
+    const auto stop = [&] { return work.signals.stop().stop_requested(); };
+    psf = fit_psf(edges, stop);
+    if (psf->ok) {
+      over_frame = field_of(all.files, bench ? all.focus : std::vector<FocusShot>{}, *psf, stop);
+    }
     if (work.signals.stop().stop_requested()) return kExitCancelled;
     result["psf"] = psf_to_json(*psf);
     reporter.result_line(describe(*psf));
+    if (over_frame) {
+      result["psf_field"] = psf_field_to_json(*over_frame);
+      reporter.result_line(describe(*over_frame));
+    }
   }
   std::optional<Profile> profile;
   if (any || gate) {
@@ -255,7 +265,10 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
         any ? unit_of(all.files, options) : gate_unit(all.gate_context, all.gate_dpi, options);
     report_offsets(*profile, reporter, result);
     if (psf) put_psf(*psf, psf_choice, all.files, *profile);
-    if (profile->psf_model) result["field"] = field_to_json(*profile->psf_model);
+    if (profile->psf_model) {
+      profile->psf_model->surfaces = over_frame;
+      result["field"] = field_to_json(*profile->psf_model);
+    }
     if (focus) put_focus(*focus, *profile);
     if (gate) put_gate(*gate, *profile);
   }

@@ -1,6 +1,7 @@
 #include "capture/session/unit_profile.h"
 
 #include <chrono>
+#include <cstddef>
 #include <cstdio>
 #include <utility>
 
@@ -38,6 +39,13 @@ UsedProfile used(const Profile& profile, std::filesystem::path path,
     out.levels.dark_level[c] = profile.dark_level[c].value_or(0);
   }
   out.levels.flat_gain = profile.flat_gain;
+  for (std::size_t c = 0; profile.psf_model && profile.psf_model->surfaces && c < kProfileChannels;
+       ++c) {
+    const auto& field = profile.psf_model->field[c];
+    if (!field || field->order == 0) continue;
+    out.unit.field[c] =
+        UnitField{field->coefficients, field->covariance, profile.psf_model->surfaces->frame_px};
+  }
   out.path = std::move(path);
   out.measured_at_utc = profile.measured_at_utc;
   out.notes = mismatches(profile, context, 0);

@@ -351,6 +351,9 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   }
   const Mat2 linear{registration.lattice_cy_per_px[0].x, registration.lattice_cy_per_px[0].y,
                     registration.lattice_cy_per_px[1].x, registration.lattice_cy_per_px[1].y};
+  const Vec2 frame_px{static_cast<double>(source.format().width_px),
+                      static_cast<double>(source.committed())};
+  std::array<std::optional<BlurSurface>, 4> of_frame;  // as calibration has it
   SharpnessTask task;
   task.linear = linear;
   task.n_channels = n_channels;
@@ -365,6 +368,12 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
     result.report.sigma_range_px[c] = {of_unit->sigma_px, of_unit->sigma_px};
     task.prior.sigma_px[c] = of_unit->sigma_px;
     if (c == 3) task.prior.infrared = true;
+    if (!unit.field[c]) continue;
+    of_frame[c] = unit_surface(*of_unit, *unit.field[c], frame_px);
+    if (!of_frame[c]) continue;
+    result.field[c] = *of_frame[c];
+    result.report.sigma_range_px[c] = of_frame[c]->range_px();
+    result.report.field_degree[c] = of_frame[c]->degree();
   }
   result.printed = task.printed = printed_screen(registration.screen);
   if (result.printed.lines) result.report.widths = result.printed.usual;
@@ -376,8 +385,6 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   if (std::none_of(tiles.begin(), tiles.end(), [](const ScreenTile& t) { return t.used; }))
     return result;
   result.noise_ratio = calmest_noise(tiles);
-  const Vec2 frame_px{static_cast<double>(source.format().width_px),
-                      static_cast<double>(source.committed())};
   FoundBlur found = find_blur(measured, task, frame_px);
   const SharpnessFit& fit = found.fit;
   const PrintedScreen& printed = result.printed = fit.printed;
@@ -409,9 +416,12 @@ Sharpness measure_sharpness(const LineSource& source, const Registration& regist
   const ScreenPattern pattern = printed.pattern(fit.widths);
   const ElementModel model(linear, pattern);
   for (std::size_t c = 0; c < n_channels; ++c) {
-    // A constant of another origin stays.
-    result.field[c] = found.field.surface[c].degree() > 0 ? found.field.surface[c]
-                                                          : BlurSurface(result.report.sigma_px[c]);
+    // What of calibration the scan itself does not tell stays, and so does a constant.
+    if (found.field.surface[c].degree() > 0) {
+      result.field[c] = found.field.surface[c];
+    } else if (!of_frame[c] || result.report.origin[c] != "profile") {
+      result.field[c] = BlurSurface(result.report.sigma_px[c]);
+    }
     result.report.sigma_range_px[c] = result.field[c].range_px();
     result.report.field_degree[c] = result.field[c].degree();
     if (result.field[c].degree() > 0) result.report.field[c] = places_of(result.field[c], frame_px);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace reseau {
 
@@ -37,6 +39,23 @@ std::optional<UnitBlur> unit_blur(std::span<const TransferPoint> curve, const Ma
   blur.sd_px = std::sqrt(points * n / spread) / kPerVariance / (2 * blur.sigma_px);
   blur.far_share = std::clamp(1 - std::exp(at_zero), -0.1, 0.5);
   return blur;
+}
+
+std::optional<BlurSurface> unit_surface(const UnitBlur& blur, const UnitField& field,
+                                        Vec2 frame_px) {
+  constexpr double kAlike = 0.02;
+  if (!(std::abs(frame_px.x - field.frame_px[0]) <= kAlike * frame_px.x) ||
+      !(std::abs(frame_px.y - field.frame_px[1]) <= kAlike * frame_px.y) ||
+      field.coefficients.empty()) {
+    return std::nullopt;
+  }
+  std::vector<double> variance = field.coefficients;
+  // The mean over the frame of x^2 and of y^2 is a third.
+  const double squares = variance.size() == 6 ? (variance[3] + variance[5]) / 3 : 0;
+  variance[0] = blur.sigma_px * blur.sigma_px - squares;
+  const BlurSurface free(variance, frame_px, 0, 1e3);
+  const std::array<double, 2> range = free.range_px();
+  return BlurSurface(std::move(variance), field.covariance, frame_px, range[0], range[1]);
 }
 
 }  // namespace reseau

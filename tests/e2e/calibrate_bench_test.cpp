@@ -113,9 +113,17 @@ TEST(CalibrateBenchE2e, ASimulatedUnitIsMeasuredAsItIs) {
   const json& model = profile.at("psf_model");
   const std::size_t n = model.at("names").size();
   EXPECT_EQ(model.at("covariance").size(), n * n);
+  // Every parameter over the frame, which a rendered Gaussian does not change.
+  const json& surfaces = model.at("surfaces");
+  const std::size_t m = surfaces.at("coefficients").size();
+  EXPECT_EQ(surfaces.at("covariance").size(), m * m);
+  for (const json& at : result.at("psf_field").at("mtf50").at("green")) {
+    EXPECT_NEAR(at.at("mtf50_x").get<double>(), mtf50_of(0.6),
+                4 * at.at("mtf50_x_sd").get<double>() + 0.002 * mtf50_of(0.6));
+  }
   const std::string html = file_bytes(result.at("report").get<std::string>());
   for (const char* part : {"Through focus", "Noise against level", "Flat field", "SFR50",
-                           "illumination non-uniformity", "ISO 19264-1"}) {
+                           "Optics over the frame", "illumination non-uniformity", "ISO 19264-1"}) {
     EXPECT_NE(html.find(part), std::string::npos) << part;
   }
   EXPECT_EQ(html.find("src="), std::string::npos);

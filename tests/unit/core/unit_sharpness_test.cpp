@@ -51,5 +51,26 @@ TEST(UnitBlur, SaysNothingWhereTheCurveDoesNot) {
   EXPECT_FALSE(unit_blur(rising, kLinear).has_value());
 }
 
+// Sharpest in the middle, on the average over the frame what the curve says.
+TEST(UnitSharpness, ChangesOverTheFrameThatWasCalibratedAndNoOther) {
+  const UnitBlur blur{0.8, 0.02, 0.05};
+  const UnitField field{{9, 0.1, 0, 0.3, 0, 0.3}, std::vector<double>(36, 0.0), {1400, 1000}};
+  const auto surface = unit_surface(blur, field, {1410, 1000});
+  ASSERT_TRUE(surface);
+  double mean = 0;
+  constexpr int kSteps = 100;
+  for (int j = 0; j < kSteps; ++j) {
+    for (int i = 0; i < kSteps; ++i) {
+      const double s = surface->sigma_px({(i + 0.5) / kSteps * 1410, (j + 0.5) / kSteps * 1000});
+      mean += s * s / (kSteps * kSteps);
+    }
+  }
+  EXPECT_NEAR(mean, 0.64, 1e-4);
+  EXPECT_NEAR(
+      std::pow(surface->sigma_px({1410, 1000}), 2) - std::pow(surface->sigma_px({705, 500}), 2),
+      0.7, 1e-9);
+  EXPECT_FALSE(unit_surface(blur, field, {1400, 1500}));
+}
+
 }  // namespace
 }  // namespace reseau
