@@ -18,6 +18,7 @@
 #include "capture/cli/calibrate_psf.h"
 #include "capture/cli/calibrate_random.h"
 #include "capture/cli/calibrate_report.h"
+#include "capture/cli/calibrate_reseau.h"
 #include "capture/cli/calibrate_run.h"
 #include "capture/cli/develop_choice.h"
 #include "capture/cli/event_log.h"
@@ -32,7 +33,7 @@ namespace reseau::cli {
 namespace {
 
 struct CalibrateArguments {
-  std::vector<std::string> files, gate, random;
+  std::vector<std::string> files, gate, random, reseau;
   std::string target = "1,3.2";
   BenchChoice bench;
   std::string roi, infrared_file, profile, model, serial, report;
@@ -60,8 +61,9 @@ Profile unit_of(const std::vector<MeasuredFile>& files, const CalibrateArguments
   return with_names(profile_of(files), options);
 }
 
-// The same where there is nothing but an open frame.
-Profile gate_unit(const CaptureContext& context, double dpi, const CalibrateArguments& options) {
+// The same where there is no edge.
+Profile unit_of(const CaptureContext& context, double dpi, const std::string& file,
+                const char* method, const CalibrateArguments& options) {
   Profile profile;
   profile.make = context.make;
   profile.model = context.model;
@@ -69,27 +71,10 @@ Profile gate_unit(const CaptureContext& context, double dpi, const CalibrateArgu
   profile.firmware = context.firmware;
   profile.holder = context.holder;
   profile.resolution_dpi = dpi;
-  profile.source_file = std::filesystem::path(options.gate.front()).filename().string();
+  profile.source_file = std::filesystem::path(file).filename().string();
   profile.tool_version = RESEAU_VERSION;
-  profile.method = "open frame";
+  profile.method = method;
   return with_names(std::move(profile), options);
-}
-
-// Where the channels lie against green, from edges of two directions.
-void report_offsets(const Profile& profile, Reporter& reporter, nlohmann::ordered_json& result) {
-  nlohmann::ordered_json offsets = nlohmann::ordered_json::object();
-  for (std::size_t c = 0; c < kProfileChannels; ++c) {
-    const auto& at = profile.offset_from_green_px[c];
-    const auto& sd = profile.offset_sd_px[c];
-    if (!at || !sd) continue;
-    offsets[kProfileChannelNames[c]] = {
-        {"x_px", at->x}, {"y_px", at->y}, {"x_sd_px", sd->x_px}, {"y_sd_px", sd->y_px}};
-    reporter.result_line(
-        fmt::format("{:<9} from green: {:+.4f} ± {:.4f} px along the sensor, "
-                    "{:+.4f} ± {:.4f} px along the motion",
-                    kProfileChannelNames[c], at->x, sd->x_px, at->y, sd->y_px));
-  }
-  if (!offsets.empty()) result["offset_from_green"] = offsets;
 }
 
 bool is_profile(const std::string& path) {
@@ -115,6 +100,7 @@ struct Gathered {
   std::vector<FocusShot> focus;
   std::vector<GateScan> gate;
   std::vector<RandomOfFile> random;
+  std::vector<ReseauOfFile> reseau;
   CaptureContext gate_context;  // of the first file of an open frame
   double gate_dpi = 0;
 };
@@ -149,7 +135,32 @@ bool gather_files(const CalibrateArguments& options, const MeasureChoice& choice
       return measure_random_file(path, target, options.dpi, of_target, work.reporter);
     }));
   }
+  for (const std::string& path : options.reseau) {
+    auto one = as_failure(Doing::kReadingInput, [&] { return measure_reseau(path, choice, work); });
+    if (!one) return false;
+    out.reseau.push_back(std::move(*one));
+  }
   return true;
+}
+
+// What everything says of the unit; nothing where only a random target or a réseau was measured
+// that tells nothing.
+std::optional<Profile> profile_from(const Gathered& all, bool any_edge, bool gate,
+                                    const CalibrateArguments& options) {
+  std::optional<Profile> out;
+  const auto reseau = std::ranges::find_if(all.reseau, &ReseauOfFile::measured);
+  if (any_edge) {
+    out = unit_of(all.files, options);
+  } else if (gate) {
+    out = unit_of(all.gate_context, all.gate_dpi, options.gate.empty() ? "" : options.gate.front(),
+                  "open frame", options);
+  } else if (reseau != all.reseau.end()) {
+    out = unit_of(reseau->context, reseau->dpi, reseau->path.string(), "réseau", options);
+  }
+  for (const ReseauOfFile& file : all.reseau) {
+    if (out && file.measured()) put_reseau(file, *out);
+  }
+  return out;
 }
 
 void check_profile(const Profile& profile) {
@@ -169,7 +180,8 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
   const bool profiles = std::ranges::any_of(options.files, is_profile);
   if (options.compare && profiles) return run_compare(options, work);
   // With neither scans nor an open frame to read, a scanner makes them.
-  const bool bench = options.files.empty() && options.gate.empty() && options.random.empty();
+  const bool bench = options.files.empty() && options.gate.empty() && options.random.empty() &&
+                     options.reseau.empty();
   if (!bench && !options.bench.scan.device.empty()) {
     throw Failure(kExitUsage, "Files were given and a scanner.",
                   "Leave out the files to calibrate at the scanner, or --device to measure files.");
@@ -238,6 +250,10 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
     result["random_against_edges"] = against_to_json(pairs);
     reporter.result_line(describe(pairs));
   }
+  for (const ReseauOfFile& file : all.reseau) {
+    result["reseau"].push_back(reseau_to_json(file));
+    reporter.result_line(describe(file));
+  }
   const bool keep = bench || options.save || !options.profile.empty();
   std::optional<PsfFit> psf;
   std::optional<PsfFieldRecord> over_frame;
@@ -259,10 +275,8 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
       reporter.result_line(describe(*over_frame));
     }
   }
-  std::optional<Profile> profile;
-  if (any || gate) {
-    profile =
-        any ? unit_of(all.files, options) : gate_unit(all.gate_context, all.gate_dpi, options);
+  std::optional<Profile> profile = profile_from(all, any, gate.has_value(), options);
+  if (profile) {
     report_offsets(*profile, reporter, result);
     if (psf) put_psf(*psf, psf_choice, all.files, *profile);
     if (profile->psf_model) {
@@ -282,7 +296,8 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
     result["report"] = report;
   }
   const bool spread = std::ranges::any_of(all.random, &RandomOfFile::measured);
-  const bool useful = any || ((gate || spread) && all.files.empty());
+  const bool lies = std::ranges::any_of(all.reseau, &ReseauOfFile::measured);
+  const bool useful = any || ((gate || spread || lies) && all.files.empty());
   if (profile && useful && (keep || options.compare)) {
     as_failure(Doing::kReadingInput, [&] { check_profile(*profile); });
     if (options.compare) compare_with_kept(*profile, reporter, result);
@@ -328,6 +343,10 @@ void add_calibrate(Program& program) {
          "--random", options->random,
          "A scan of a random target, for the spread of a point in both directions at once;\n"
          "the middle of the picture, or with no FILES the region of --roi")
+      ->allow_extra_args(false);
+  app->add_option("--reseau", options->reseau,
+                  "A scan of a film with a réseau, which tells where red, blue and infrared lie "
+                  "against green")
       ->allow_extra_args(false);
   app->add_option(
       "--target", options->target,

@@ -12,10 +12,12 @@
 #include "capture/cli/read_choice.h"
 #include "capture/cli/verbs.h"
 #include "capture/image/exr_file.h"
+#include "capture/session/offsets_json.h"
 #include "capture/session/receipt.h"
 #include "capture/session/registration_overlay.h"
 #include "capture/session/registration_plot.h"
 #include "capture/store/part_file.h"
+#include "core/reconstruct/channel_registration.h"
 #include "core/screen/screen_description.h"
 
 namespace reseau::cli {
@@ -90,6 +92,10 @@ ExitCode run_register(const RegisterArguments& options, Work& work) {
     reporter.result_json(object);
     reporter.warning(fmt::format("{}: {}", options.read.file, registration.reason));
     return kExitInput;
+  }
+  if (format.channels.size() >= 3) {
+    object["channels_from_green"] = channel_offsets_to_json(
+        measure_channel_offsets(*scan.source, registration, scan.tone, work.signals.stop()));
   }
   if (!options.map.empty()) {
     as_failure(Doing::kWriting, [&] { write_map(registration, format, options.map, work); });

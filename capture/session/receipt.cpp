@@ -11,6 +11,7 @@
 
 #include "capture/color/color_record.h"
 #include "capture/session/json_number.h"
+#include "capture/session/offsets_json.h"
 #include "capture/session/request_json.h"
 #include "capture/store/part_file.h"
 #include "capture/store/sha256.h"
@@ -190,6 +191,7 @@ ordered_json report_to_json(const Receipt& receipt) {
   } else {
     put_missing(sharpness, "infrared_from_rgb_px", "the réseau does not tell it in this picture");
   }
+  sharpness["channels_from_green"] = channel_offsets_to_json(report.sharpness.channel_offsets);
   put_number(sharpness, "stretch", report.sharpness.stretch);
   put_number(sharpness, "stretch_sd", report.sharpness.stretch_sd);
   ordered_json object = {{"silver_from", report.from_infrared ? "infrared" : "rgb"},

@@ -12,6 +12,7 @@
 
 #include "core/geometry/vec2.h"
 #include "core/line/line_source.h"
+#include "core/reconstruct/channel_offset.h"
 #include "core/reconstruct/deconvolution.h"
 #include "core/reconstruct/demosaic.h"
 #include "core/reconstruct/picture_frame.h"
@@ -158,6 +159,7 @@ struct SharpnessReport {
   // and then without a deviation.
   Vec2 infrared_shift_px;
   std::optional<Vec2> infrared_shift_sd_px;
+  ChannelOffsets channel_offsets;
 };
 
 struct ReconstructionReport {

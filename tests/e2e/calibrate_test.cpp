@@ -3,7 +3,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <numbers>
+#include <utility>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -180,6 +182,69 @@ TEST(CalibrateE2e, TheReseauTellsWhereInfraredLies) {
     EXPECT_NEAR(sharpness.at("infrared_from_rgb_px").at(i).get<double>(), expected[i],
                 4 * sd + 1e-4);
   }
+}
+
+// So it does where red and blue lie; each channel sees all three elements.
+TEST(CalibrateE2e, TheReseauTellsWhereEveryChannelLies) {
+  const TempDir dir;
+  const double red[] = {0.15, -0.08}, blue[] = {-0.2, 0.1}, infrared[] = {0.1, 0.05};
+  const auto word = [](const char* key, double value) { return fmt::format("{}={}", key, value); };
+  ASSERT_EQ(reseau({"simulate",
+                    "--film",
+                    "dufay",
+                    "--scene",
+                    "natural",
+                    "--width",
+                    "500",
+                    "--height",
+                    "400",
+                    "--seed",
+                    "3",
+                    "--set",
+                    word("red_shift_px", red[0]),
+                    "--set",
+                    word("red_shift_y_px", red[1]),
+                    "--set",
+                    word("blue_shift_px", blue[0]),
+                    "--set",
+                    word("blue_shift_y_px", blue[1]),
+                    "--set",
+                    word("ir_shift_px", infrared[0]),
+                    "--set",
+                    word("ir_shift_y_px", infrared[1]),
+                    "-o",
+                    dir / "film.tif"})
+                .exit_code,
+            0);
+  const ProcessResult run = reseau({"calibrate", "--reseau", dir / "film.tif", "--model", "X",
+                                    "--dpi", "4000", "--profile", dir / "unit.json", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json result = json_lines(run.out).front();
+  const nlohmann::json& channels = result.at("reseau").at(0).at("channels_from_green");
+  const auto unit = nlohmann::json::parse(file_bytes(dir / "unit.json"));
+  double squares = 0;
+  const std::pair<const char*, const double*> all[] = {
+      {"red", red}, {"blue", blue}, {"infrared", infrared}};
+  for (const auto& [channel, shift] : all) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double at = channels.at(channel).at("px").at(i),
+                   sd = channels.at(channel).at("sd_px").at(i);
+      // A channel that looks farther along sees what green sees before.
+      squares += std::pow((at + shift[i]) / sd, 2) / 6;
+      EXPECT_LT(std::abs(at + shift[i]), 4 * sd) << channel << " " << at << " ± " << sd;
+      EXPECT_LT(sd, 0.02) << channel;
+      EXPECT_EQ(unit.at("channels").at(channel).at("offset_from_green_px").at(i), at);
+    }
+  }
+  EXPECT_LT(std::sqrt(squares), 2);
+  // Elements that do not lie evenly about a point: said, not told.
+  ASSERT_EQ(reseau({"simulate", "--film", "joly", "--scene", "natural", "--width", "500",
+                    "--height", "400", "-o", dir / "lines.tif"})
+                .exit_code,
+            0);
+  const ProcessResult lines = reseau({"calibrate", "--reseau", dir / "lines.tif", "--json"});
+  EXPECT_EQ(lines.exit_code, 65) << lines.err;
+  EXPECT_THAT(lines.out, HasSubstr("looks like a shift"));
 }
 
 // Mean colour error of a reconstruction against what the simulated film holds.
