@@ -58,6 +58,7 @@ struct Profile {
   // Best focus, where several settings were scanned.
   std::array<std::optional<FocusRecord>, kProfileChannels> focus;
   std::array<std::optional<OffsetSd>, kProfileChannels> offset_sd_px;
+  std::array<std::optional<RandomRecord>, kProfileChannels> random;
   // The physical model behind the curves.
   std::optional<PsfRecord> psf_model;
 

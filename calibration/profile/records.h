@@ -38,6 +38,20 @@ struct FocusRecord {
   bool operator==(const FocusRecord&) const = default;
 };
 
+// Of one channel, from a random target: the spread of a point in both directions.
+struct RandomRecord {
+  double seed = 0, cell_um = 0;  // of the target
+  int side = 0;                  // samples along each axis, step_px apart, the middle one at (0, 0)
+  double step_px = 0;
+  std::vector<double> psf, sd;  // [row][column], per px squared
+  double relative_sd = 0;       // of the whole
+  Measured light_outside;       // share that goes beyond
+  std::optional<Measured> mtf50_x, mtf50_y;
+  // Frequency, modulation of all light, deviation, along the sensor and along the motion.
+  std::vector<std::array<double, 3>> along_x, along_y;
+  bool operator==(const RandomRecord&) const = default;
+};
+
 // Deviations of where a channel lies against green.
 struct OffsetSd {
   double x_px = 0, y_px = 0;

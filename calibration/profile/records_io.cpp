@@ -143,6 +143,65 @@ FieldRecord field_from(const Fields& from) {
   return field;
 }
 
+Json curve_to_json(const std::vector<std::array<double, 3>>& curve) {
+  Json f = Json::array(), value = Json::array(), sd = Json::array();
+  for (const auto& point : curve) {
+    f.push_back(point[0]);
+    value.push_back(point[1]);
+    sd.push_back(point[2]);
+  }
+  return {{"f_cy_per_px", f}, {"value", value}, {"sd", sd}};
+}
+
+std::vector<std::array<double, 3>> curve_in(const Fields& from, const char* name) {
+  std::vector<std::array<double, 3>> out;
+  const auto curve = from.object(name);
+  if (!curve) return out;
+  const auto f = curve->numbers("f_cy_per_px"), value = curve->numbers("value"),
+             sd = curve->numbers("sd");
+  if (f.size() != value.size() || f.size() != sd.size()) {
+    throw from.error(name, "must hold as many values and deviations as frequencies");
+  }
+  for (std::size_t i = 0; i < f.size(); ++i) out.push_back({f[i], value[i], sd[i]});
+  return out;
+}
+
+Json random_to_json(const RandomRecord& random) {
+  Json json = {{"seed", random.seed},       {"cell_um", random.cell_um}, {"side", random.side},
+               {"step_px", random.step_px}, {"psf_per_px2", random.psf}, {"psf_sd", random.sd}};
+  json["relative_sd"] = random.relative_sd;
+  json["light_outside"] = pair_of(random.light_outside);
+  put(json, "mtf50_x", random.mtf50_x);
+  put(json, "mtf50_y", random.mtf50_y);
+  json["along_x"] = curve_to_json(random.along_x);
+  json["along_y"] = curve_to_json(random.along_y);
+  return json;
+}
+
+RandomRecord random_from(const Fields& from) {
+  RandomRecord random;
+  random.seed = from.number("seed");
+  random.cell_um = from.number("cell_um");
+  const double side = from.number("side");
+  random.step_px = from.number("step_px");
+  random.psf = from.numbers("psf_per_px2");
+  random.sd = from.numbers("psf_sd");
+  constexpr double kMostSide = 1000;
+  if (!(side >= 1) || !(side <= kMostSide) || side != std::floor(side) ||
+      static_cast<double>(random.psf.size()) != side * side ||
+      random.sd.size() != random.psf.size()) {
+    throw from.error("psf_per_px2", "must hold side times side numbers, and so must 'psf_sd'");
+  }
+  random.side = static_cast<int>(side);
+  random.relative_sd = from.number("relative_sd");
+  random.light_outside = measured_in(from, "light_outside").value_or(Measured{});
+  random.mtf50_x = measured_in(from, "mtf50_x");
+  random.mtf50_y = measured_in(from, "mtf50_y");
+  random.along_x = curve_in(from, "along_x");
+  random.along_y = curve_in(from, "along_y");
+  return random;
+}
+
 Json surfaces_to_json(const PsfFieldRecord& field) {
   Json json = Json::object();
   json["frame_px"] = field.frame_px;
@@ -226,9 +285,11 @@ void put_records(const Profile& profile, std::size_t channel, Json& to) {
   if (const auto& gate = profile.gate[channel]) to["gate"] = gate_to_json(*gate);
   if (const auto& focus = profile.focus[channel]) to["focus"] = focus_to_json(*focus);
   if (const auto& sd = profile.offset_sd_px[channel]) to["offset_sd_px"] = {sd->x_px, sd->y_px};
+  if (const auto& random = profile.random[channel]) to["random"] = random_to_json(*random);
 }
 
 void get_records(const Fields& from, std::size_t channel, Profile& profile) {
+  if (const auto random = from.object("random")) profile.random[channel] = random_from(*random);
   if (const auto gate = from.object("gate")) profile.gate[channel] = gate_from(*gate);
   if (const auto focus = from.object("focus")) profile.focus[channel] = focus_from(*focus);
   if (from.has("offset_sd_px")) {

@@ -23,6 +23,7 @@ namespace {
 
 constexpr int kGateLines = 96;
 constexpr int kMostEdges = 40;       // all over the field
+constexpr double kRandom_mm = 2;     // of the target's three or so
 constexpr double kFallWanted = 0.9;  // of the modulation, at both ends of a focus sweep
 constexpr int kMostWidenings = 3;
 
@@ -178,6 +179,19 @@ bool scan_gate(Scanner& scanner, const ScanRequest& base, Work& work, std::vecto
   return true;
 }
 
+// The middle of the frame, where the target lies, at most kRandom_mm a side.
+bool scan_random(Scanner& scanner, const ScanRequest& base, const std::string& device,
+                 const std::filesystem::path& path, Work& work) {
+  ScanRequest request = base;
+  request.area = {};
+  const ScanPlan whole = plan_of(scanner, request, work.reporter, false);
+  const double width_mm = whole.format.width_px * kMmPerInch / whole.format.x_dpi;
+  const double height_mm = whole.format.n_lines * kMmPerInch / whole.format.y_dpi;
+  const double across = std::min(kRandom_mm, width_mm), down = std::min(kRandom_mm, height_mm);
+  request.area = {0.5 * (width_mm - across), 0.5 * (height_mm - down), across, down};
+  return scan_to_file(scanner, plan_of(scanner, request, work.reporter, false), device, path, work);
+}
+
 }  // namespace
 
 void BenchChoice::add_to(CLI::App& app) {
@@ -188,6 +202,9 @@ void BenchChoice::add_to(CLI::App& app) {
       ->group("Bench");
   app.add_flag("--no-focus", skip_focus, "No scans at other focus settings")->group("Bench");
   app.add_flag("--no-gate", skip_gate, "No scans of an open frame")->group("Bench");
+  app.add_flag("--with-random", with_random,
+               "Scan the random target of --target too, for the spread of a point")
+      ->group("Bench");
   app.add_option("--focus-positions", focus_positions, "Focus settings around the best (9)")
       ->check(CLI::Range(3, 101))
       ->group("Bench");
@@ -239,9 +256,25 @@ std::optional<BenchWork> run_bench(const BenchChoice& choice, const MeasureChoic
       return std::nullopt;
     }
   }
+  int step = 3;
+  if (choice.with_random) {
+    scanner.reset();
+    if (!ask(fmt::format("{}. Lay the random target into the middle of the holder, instead.",
+                         step++),
+             choice.yes, work)) {
+      return std::nullopt;
+    }
+    out.random_file = std::filesystem::path(out.edge_file).replace_extension(".random.tif");
+    refuse_existing(out.random_file);
+    const std::string device = device_with(named, "random", true);
+    scanner = open_with(device, reporter);
+    if (!scan_random(*scanner, base, device, out.random_file, work)) return std::nullopt;
+  }
   if (!choice.skip_gate) {
     scanner.reset();
-    if (!ask("3. Take the target out, so that nothing but the open holder is in the light.",
+    if (!ask(fmt::format(
+                 "{}. Take the target out, so that nothing but the open holder is in the light.",
+                 step),
              choice.yes, work)) {
       return std::nullopt;
     }

@@ -20,7 +20,7 @@ struct BenchChoice {
   ScanChoice scan;
   std::string output = ".";  // folder for the scan of the edges and the report
   bool yes = false;          // nobody answers: everything is in place, or the unit is simulated
-  bool skip_focus = false, skip_gate = false;
+  bool skip_focus = false, skip_gate = false, with_random = false;
   int focus_positions = 9, focus_step = 10;
 
   void add_to(CLI::App& app);
@@ -32,10 +32,11 @@ struct BenchWork {
   MeasuredFile edges;
   std::vector<FocusShot> focus;
   std::vector<GateScan> gate;
+  std::filesystem::path random_file;  // empty without --with-random
 };
 
-// The edge target, its focus, the open frame, one after the other. Nothing when it was stopped.
-// Throws Failure, and what scanners and files throw.
+// The edge target, its focus, the random target where it is asked for, the open frame, one after
+// the other. Nothing when it was stopped. Throws Failure, and what scanners and files throw.
 [[nodiscard]] std::optional<BenchWork> run_bench(const BenchChoice& choice,
                                                  const MeasureChoice& measure, Work& work);
 

@@ -184,6 +184,40 @@ std::vector<RandomAgainstEdge> against_edges(const std::vector<RandomOfFile>& ra
   return out;
 }
 
+void put_random(const RandomOfFile& file, Profile& profile) {
+  for (const RandomOfChannel& c : file.channels) {
+    const auto at = profile_channel(c.channel);
+    if (!at || !c.psf.ok()) continue;
+    const RandomPsf& psf = c.psf;
+    RandomRecord record;
+    record.seed = static_cast<double>(file.target.seed);
+    record.cell_um = file.target.cell_um;
+    record.side = psf.side;
+    record.step_px = psf.step_px;
+    record.psf = psf.psf;
+    record.sd = psf.sd;
+    record.relative_sd = psf.relative_sd;
+    record.light_outside = {psf.outside, psf.outside_sd};
+    const RandomPsf::Point x = psf.mtf50(0), y = psf.mtf50(std::acos(0.0));
+    if (x.value > 0) record.mtf50_x = Measured{x.value, x.sd};
+    if (y.value > 0) record.mtf50_y = Measured{y.value, y.sd};
+    constexpr int kPoints = 36;
+    constexpr double kStep = 0.02;
+    std::vector<TransferPoint> mean;
+    for (int i = 0; i < kPoints; ++i) {
+      const double f = kStep * i;
+      const RandomPsf::Point along_x = psf.mtf_of_all(f, 0), along_y = psf.mtf_of_all(0, f);
+      record.along_x.push_back({f, along_x.value, along_x.sd});
+      record.along_y.push_back({f, along_y.value, along_y.sd});
+      mean.push_back({f, 0.5 * (along_x.value + along_y.value),
+                      std::hypot(0.5 * (along_x.value - along_y.value),
+                                 0.5 * std::hypot(along_x.sd, along_y.sd))});
+    }
+    if (profile.transfer[*at].empty()) profile.transfer[*at] = mean;
+    profile.random[*at] = std::move(record);
+  }
+}
+
 Json random_to_json(const RandomOfFile& file) {
   Json out = {{"file", file.path.string()},
               {"target", {{"seed", file.target.seed}, {"cell_um", file.target.cell_um}}},

@@ -51,6 +51,10 @@ struct RandomAgainstEdge {
 [[nodiscard]] std::vector<RandomAgainstEdge> against_edges(const std::vector<RandomOfFile>& random,
                                                            const std::vector<MeasuredFile>& edges);
 
+// The spread of each channel into the profile; where it has no curve of a channel, the mean of both
+// directions becomes that, so that reconstruction can use it.
+void put_random(const RandomOfFile& file, Profile& profile);
+
 [[nodiscard]] nlohmann::ordered_json random_to_json(const RandomOfFile& file);
 [[nodiscard]] nlohmann::ordered_json against_to_json(const std::vector<RandomAgainstEdge>& pairs);
 [[nodiscard]] std::string describe(const RandomOfFile& file);

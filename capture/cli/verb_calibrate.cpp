@@ -143,22 +143,27 @@ bool gather_files(const CalibrateArguments& options, const MeasureChoice& choice
   return true;
 }
 
-// What everything says of the unit; nothing where only a random target or a réseau was measured
-// that tells nothing.
+// What everything says of the unit; nothing where nothing was measured.
 std::optional<Profile> profile_from(const Gathered& all, bool any_edge, bool gate,
                                     const CalibrateArguments& options) {
   std::optional<Profile> out;
+  const auto random = std::ranges::find_if(all.random, &RandomOfFile::measured);
   const auto reseau = std::ranges::find_if(all.reseau, &ReseauOfFile::measured);
   if (any_edge) {
     out = unit_of(all.files, options);
   } else if (gate) {
     out = unit_of(all.gate_context, all.gate_dpi, options.gate.empty() ? "" : options.gate.front(),
                   "open frame", options);
+  } else if (random != all.random.end()) {
+    out = unit_of(random->context, random->dpi, random->path.string(), "random target", options);
   } else if (reseau != all.reseau.end()) {
     out = unit_of(reseau->context, reseau->dpi, reseau->path.string(), "réseau", options);
   }
   for (const ReseauOfFile& file : all.reseau) {
     if (out && file.measured()) put_reseau(file, *out);
+  }
+  for (const RandomOfFile& file : all.random) {
+    if (out && file.measured()) put_random(file, *out);
   }
   return out;
 }
@@ -210,6 +215,12 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
     all.files.push_back(std::move(done->edges));
     all.focus = std::move(done->focus);
     all.gate = std::move(done->gate);
+    if (!done->random_file.empty()) {
+      all.random.push_back(as_failure(Doing::kReadingInput, [&] {
+        return measure_random_file(done->random_file, parse_target(options.target), options.dpi,
+                                   choice, reporter);
+      }));
+    }
   } else if (!gather_files(options, choice, work, all)) {
     return kExitCancelled;
   }

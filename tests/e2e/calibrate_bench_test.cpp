@@ -57,8 +57,10 @@ double mtf50_of(double sigma_px) {
 
 TEST(CalibrateBenchE2e, ASimulatedUnitIsMeasuredAsItIs) {
   const TempDir dir;
-  const ProcessResult run = calibrate(
-      bench(dir, "sim:ls5000?noise=0.004&dark=0.01&shading=0.08&pixel_gain=0.01"), home_of(dir));
+  std::vector<std::string> arguments =
+      bench(dir, "sim:ls5000?noise=0.004&dark=0.01&shading=0.08&pixel_gain=0.01");
+  arguments.emplace_back("--with-random");
+  const ProcessResult run = calibrate(arguments, home_of(dir));
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json result = json_lines(run.out).at(0);
 
@@ -101,6 +103,12 @@ TEST(CalibrateBenchE2e, ASimulatedUnitIsMeasuredAsItIs) {
     EXPECT_NEAR(one.at("pixel_gain_rms").get<double>(), 0.01, 0.001);
   }
 
+  // The random target sees what the edges see.
+  const json& random = result.at("random").at(0).at("channels").at("green");
+  ASSERT_EQ(random.at("status"), "ok");
+  EXPECT_NEAR(random.at("mtf50_x").get<double>(), mtf50_of(0.6),
+              3 * random.at("mtf50_x_sd").get<double>() + 0.006 * mtf50_of(0.6));
+
   // Kept for this unit, with a report that needs nothing else.
   const std::filesystem::path kept = result.at("profile").get<std::string>();
   EXPECT_THAT(kept.string(), HasSubstr((dir / "data/reseau/calibrations").string()));
@@ -110,6 +118,7 @@ TEST(CalibrateBenchE2e, ASimulatedUnitIsMeasuredAsItIs) {
             result.at("gate").at("channels").at("green").at("flat_pixels"));
   EXPECT_TRUE(channel.at("gate").contains("noise_covariance"));
   EXPECT_TRUE(channel.contains("focus"));
+  EXPECT_EQ(channel.at("random").at("psf_per_px2").size(), random.at("psf_per_px2").size());
   const json& model = profile.at("psf_model");
   const std::size_t n = model.at("names").size();
   EXPECT_EQ(model.at("covariance").size(), n * n);

@@ -59,6 +59,18 @@ Profile full_profile() {
                                  0.8,
                                  {{200, 0.4, 0.001}, {210, 0.5, 0.002}}};
   profile.offset_sd_px[2] = OffsetSd{0.01, 0.02};
+  profile.random[1] = RandomRecord{7,
+                                   3.2,
+                                   2,
+                                   0.5,
+                                   {0.1, 0.2, 0.3, 0.4},
+                                   {0.01, 0.01, 0.01, 0.02},
+                                   0.02,
+                                   {0.03, 0.002},
+                                   Measured{0.24, 0.001},
+                                   {},
+                                   {{0, 1, 0}, {0.02, 0.99, 0.001}},
+                                   {{0, 1, 0}}};
   PsfRecord model;
   model.names = {"a", "b"};
   model.values = {1, 2};
