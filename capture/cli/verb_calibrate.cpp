@@ -15,6 +15,7 @@
 #include "capture/cli/calibrate_field.h"
 #include "capture/cli/calibrate_focus.h"
 #include "capture/cli/calibrate_gate.h"
+#include "capture/cli/calibrate_gather.h"
 #include "capture/cli/calibrate_psf.h"
 #include "capture/cli/calibrate_random.h"
 #include "capture/cli/calibrate_report.h"
@@ -32,49 +33,9 @@ namespace reseau::cli {
 
 namespace {
 
-struct CalibrateArguments {
-  std::vector<std::string> files, gate, random, reseau;
-  std::string target = "1,3.2";
-  BenchChoice bench;
-  std::string roi, infrared_file, profile, model, serial, report;
-  std::optional<double> gamma;
-  double window_px = 28, dpi = 0;
-  bool save = false, compare = false, psf = false;
-};
-
 PixelRect parse_roi(const std::string& text) {
   const auto [x, y, width, height] = parse_pixel_area("--roi", text);
   return {x, y, width, height};
-}
-
-// What the person says of the unit.
-Profile with_names(Profile profile, const CalibrateArguments& options) {
-  if (!options.model.empty()) profile.model = options.model;
-  if (!options.serial.empty()) profile.serial = options.serial;
-  if (options.dpi > 0) profile.resolution_dpi = options.dpi;
-  profile.measured_at_utc = utc_now(false);
-  return profile;
-}
-
-// What the files say of the unit, or the person where they do not.
-Profile unit_of(const std::vector<MeasuredFile>& files, const CalibrateArguments& options) {
-  return with_names(profile_of(files), options);
-}
-
-// The same where there is no edge.
-Profile unit_of(const CaptureContext& context, double dpi, const std::string& file,
-                const char* method, const CalibrateArguments& options) {
-  Profile profile;
-  profile.make = context.make;
-  profile.model = context.model;
-  profile.serial = context.serial;
-  profile.firmware = context.firmware;
-  profile.holder = context.holder;
-  profile.resolution_dpi = dpi;
-  profile.source_file = std::filesystem::path(file).filename().string();
-  profile.tool_version = RESEAU_VERSION;
-  profile.method = method;
-  return with_names(std::move(profile), options);
 }
 
 bool is_profile(const std::string& path) {
@@ -92,80 +53,6 @@ ExitCode run_compare(const CalibrateArguments& options, Work& work) {
   });
   work.reporter.result_json(result);
   return kExitOk;
-}
-
-// Everything that was measured, wherever the scans come from.
-struct Gathered {
-  std::vector<MeasuredFile> files;
-  std::vector<FocusShot> focus;
-  std::vector<GateScan> gate;
-  std::vector<RandomOfFile> random;
-  std::vector<ReseauOfFile> reseau;
-  CaptureContext gate_context;  // of the first file of an open frame
-  double gate_dpi = 0;
-};
-
-bool gather_files(const CalibrateArguments& options, const MeasureChoice& choice, Work& work,
-                  Gathered& out) {
-  for (const std::string& path : options.files) {
-    if (work.signals.stop().stop_requested()) return false;
-    out.files.push_back(as_failure(Doing::kReadingInput,
-                                   [&] { return measure_file(path, choice, work.reporter); }));
-  }
-  out.focus = focus_shots(out.files);
-  for (const std::string& path : options.gate) {
-    if (work.signals.stop().stop_requested()) return false;
-    CaptureContext context;
-    double dpi = 0;
-    out.gate.push_back(as_failure(Doing::kReadingInput, [&] {
-      return read_gate(path, choice.read, context, dpi, work.reporter);
-    }));
-    if (out.gate.size() > 1) continue;
-    out.gate_context = context;
-    out.gate_dpi = dpi;
-  }
-  const TargetName target =
-      as_failure(Doing::kReadingOptions, [&] { return parse_target(options.target); });
-  for (const std::string& path : options.random) {
-    if (work.signals.stop().stop_requested()) return false;
-    // A region is that of the one file it is given with.
-    MeasureChoice of_target = choice;
-    if (!options.files.empty()) of_target.roi.reset();
-    out.random.push_back(as_failure(Doing::kReadingInput, [&] {
-      return measure_random_file(path, target, options.dpi, of_target, work.reporter);
-    }));
-  }
-  for (const std::string& path : options.reseau) {
-    auto one = as_failure(Doing::kReadingInput, [&] { return measure_reseau(path, choice, work); });
-    if (!one) return false;
-    out.reseau.push_back(std::move(*one));
-  }
-  return true;
-}
-
-// What everything says of the unit; nothing where nothing was measured.
-std::optional<Profile> profile_from(const Gathered& all, bool any_edge, bool gate,
-                                    const CalibrateArguments& options) {
-  std::optional<Profile> out;
-  const auto random = std::ranges::find_if(all.random, &RandomOfFile::measured);
-  const auto reseau = std::ranges::find_if(all.reseau, &ReseauOfFile::measured);
-  if (any_edge) {
-    out = unit_of(all.files, options);
-  } else if (gate) {
-    out = unit_of(all.gate_context, all.gate_dpi, options.gate.empty() ? "" : options.gate.front(),
-                  "open frame", options);
-  } else if (random != all.random.end()) {
-    out = unit_of(random->context, random->dpi, random->path.string(), "random target", options);
-  } else if (reseau != all.reseau.end()) {
-    out = unit_of(reseau->context, reseau->dpi, reseau->path.string(), "réseau", options);
-  }
-  for (const ReseauOfFile& file : all.reseau) {
-    if (out && file.measured()) put_reseau(file, *out);
-  }
-  for (const RandomOfFile& file : all.random) {
-    if (out && file.measured()) put_random(file, *out);
-  }
-  return out;
 }
 
 void check_profile(const Profile& profile) {
@@ -344,7 +231,11 @@ void add_calibrate(Program& program) {
       "reseau calibrate razor-a.tif razor-b.tif --report razor.html --save --model 'LS-9000 ED' "
       "--dpi 4000\n"
       "reseau calibrate --device sim:ls5000 --yes -x 8mm -y 8mm -o bench",
-      [options](Work& work) { return run_calibrate(*options, work); });
+      [options](Work& work) {
+        const ExitCode code = run_calibrate(*options, work);
+        if (code == kExitCancelled) work.reporter.warning("Stopped; no calibration was kept.");
+        return code;
+      });
   app->add_option("FILES", options->files,
                   "Scans of edges: TIFF (8, 16 bit, float) or EXR; none: a scanner makes them");
   app->add_option("--gate", options->gate,

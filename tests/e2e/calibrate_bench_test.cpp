@@ -1,13 +1,17 @@
 // `reseau calibrate` at a simulated scanner whose truth is known: edges, focus, open frame.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "capture/image/scan_reader.h"
 #include "tests/e2e/reseau_run.h"
 #include "tests/e2e/scan_files.h"
 #include "tests/support/process.h"
@@ -150,6 +154,41 @@ TEST(CalibrateBenchE2e, ASimulatedUnitIsMeasuredAsItIs) {
   const json compared = json_lines(changed.out).at(0);
   EXPECT_TRUE(compared.at("changed").get<bool>());
   EXPECT_NEAR(compared.at("channels").at("green").at("width_change").get<double>(), 0.1, 1e-6);
+}
+
+// Stopped while the film moves: what was read is a scan that opens, and there is nothing else.
+void stopped_leaves_nothing_half_done(int signal) {
+  const TempDir dir;
+  Process process(command(bench(dir, "sim:ls5000")), home_of(dir));
+  const auto files = [&] {
+    std::vector<std::string> out;
+    if (!std::filesystem::exists(dir / "bench")) return out;
+    for (const auto& entry : std::filesystem::directory_iterator(dir / "bench")) {
+      out.push_back(entry.path().filename().string());
+    }
+    return out;
+  };
+  const auto scans = [&] {
+    return std::ranges::any_of(files(), [](const std::string& f) { return f.ends_with(".part"); });
+  };
+  const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+  while (!scans() && std::chrono::steady_clock::now() < until) std::this_thread::yield();
+  ASSERT_TRUE(scans());
+  process.send(signal);
+  const ProcessResult result = process.wait(std::chrono::minutes(2));
+  ASSERT_FALSE(result.timed_out) << result.err;
+  EXPECT_EQ(result.exit_code, 2) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("no calibration was kept"));
+  EXPECT_FALSE(std::filesystem::exists(dir / "data/reseau/calibrations"));
+  for (const std::string& file : files()) {
+    EXPECT_TRUE(file.ends_with(".partial.tif")) << file;
+    EXPECT_GT(read_scan(dir / ("bench/" + file)).source->format().n_lines, 0);
+  }
+}
+
+TEST(CalibrateBenchE2e, CtrlCLeavesNothingHalfDone) { stopped_leaves_nothing_half_done(SIGINT); }
+TEST(CalibrateBenchE2e, TerminateLeavesNothingHalfDone) {
+  stopped_leaves_nothing_half_done(SIGTERM);
 }
 
 TEST(CalibrateBenchE2e, InfraredFocusesElsewhereThroughALens) {
