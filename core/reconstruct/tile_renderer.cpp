@@ -35,9 +35,12 @@ class WeightTable {
       std::copy(w.begin(), w.end(), weights_.begin() + static_cast<std::ptrdiff_t>(i) * 4);
     }
   }
-  [[nodiscard]] const float* at(float fraction) const {
-    // Fractions are not negative: this rounds.
-    return &weights_[static_cast<std::size_t>(fraction * kSteps + kHalf) * 4];
+  // Of fractions, 0..1; they are not negative, so this rounds.
+  [[nodiscard]] static Int4 step(Float4 fraction) {
+    return truncated(fraction * static_cast<float>(kSteps) + kHalf);
+  }
+  [[nodiscard]] const float* of(int step) const {
+    return weights_.data() + static_cast<std::ptrdiff_t>(step) * 4;
   }
 
  private:
@@ -153,24 +156,25 @@ TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const Blank
 void TileRenderer::interpolate(const Planes& planes, const BlankBlocks& blank, int x0, int y,
                                const std::vector<ScreenPoint>& at, float* out) const {
   const WeightTable& table = weight_table(settings_.demosaic);
-  struct Lattice {
-    float x_of_u, x_of_v, start_x, y_of_u, y_of_v, start_y;
-    const float* values;
-    int n_i;
+  // A lane for each colour; the fourth is not used.
+  struct Axis {
+    Float4 of_u{}, of_v{}, start{};
   };
-  std::array<Lattice, 3> lattices;
+  Axis x_axis, y_axis;
+  std::array<const float*, 3> values{};
+  std::array<std::ptrdiff_t, 3> n_i{};
   for (std::size_t c = 0; c < 3; ++c) {
     const ElementLattice& lattice = settings_.pattern.lattices()[c];
     const Mat2& m = lattice.to_index;
     const Vec2 start = m * lattice.origin;
-    lattices[c] = {static_cast<float>(m.a),
-                   static_cast<float>(m.b),
-                   static_cast<float>(-start.x - planes[c].first_i),
-                   static_cast<float>(m.c),
-                   static_cast<float>(m.d),
-                   static_cast<float>(-start.y - planes[c].first_j),
-                   planes[c].values.data(),
-                   planes[c].n_i};
+    x_axis.of_u[c] = static_cast<float>(m.a);
+    x_axis.of_v[c] = static_cast<float>(m.b);
+    x_axis.start[c] = static_cast<float>(-start.x - planes[c].first_i);
+    y_axis.of_u[c] = static_cast<float>(m.c);
+    y_axis.of_v[c] = static_cast<float>(m.d);
+    y_axis.start[c] = static_cast<float>(-start.y - planes[c].first_j);
+    n_i[c] = planes[c].n_i;
+    values[c] = planes[c].values.data() - n_i[c] - 1;  // of the first of 4 x 4 elements
   }
   const int reach = reach_of(settings_.map) + 2;
   for_runs(blank, x0, y, static_cast<int>(at.size()), reach, [&](int begin, int end, bool skip) {
@@ -182,20 +186,22 @@ void TileRenderer::interpolate(const Planes& planes, const BlankBlocks& blank, i
         continue;
       }
       const ScreenPoint& s = at[static_cast<std::size_t>(k)];
+      const Float4 x = s.u * x_axis.of_u + s.v * x_axis.of_v + x_axis.start,
+                   y_index = s.u * y_axis.of_u + s.v * y_axis.of_v + y_axis.start;
+      const Int4 i = truncated(x), j = truncated(y_index);  // both are positive
+      const Int4 step_x = WeightTable::step(x - as_float(i)),
+                 step_y = WeightTable::step(y_index - as_float(j));
+      std::array<Float4, 3> weighed;
       for (std::size_t c = 0; c < 3; ++c) {
-        const Lattice& l = lattices[c];
-        const float x = s.u * l.x_of_u + s.v * l.x_of_v + l.start_x,
-                    y_index = s.u * l.y_of_u + s.v * l.y_of_v + l.start_y;
-        const int i = static_cast<int>(x), j = static_cast<int>(y_index);  // both are positive
-        const float* wx = table.at(x - static_cast<float>(i));
-        const float* wy = table.at(y_index - static_cast<float>(j));
-        const float* row = l.values + static_cast<std::ptrdiff_t>(j - 1) * l.n_i + (i - 1);
+        const float* wy = table.of(step_y[c]);
+        const float* row = values[c] + j[c] * n_i[c] + i[c];
         Float4 sum = wy[0] * load4(row);
-        sum += wy[1] * load4(row + l.n_i);
-        sum += wy[2] * load4(row + 2 * static_cast<std::ptrdiff_t>(l.n_i));
-        sum += wy[3] * load4(row + 3 * static_cast<std::ptrdiff_t>(l.n_i));
-        to[c] = sum4(sum * load4(wx));
+        sum += wy[1] * load4(row + n_i[c]);
+        sum += wy[2] * load4(row + 2 * n_i[c]);
+        sum += wy[3] * load4(row + 3 * n_i[c]);
+        weighed[c] = sum * load4(table.of(step_x[c]));
       }
+      store4(to, sums4(weighed[0], weighed[1], weighed[2], Float4{}));
     }
   });
 }
