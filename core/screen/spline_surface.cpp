@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "core/base/parallel.h"
 
@@ -81,13 +82,15 @@ SplineSurface refined(const SplineSurface& coarse, int width, int height) {
 // A node counts as unseen where samples weigh so little of one that lies beside it.
 constexpr double kUnseen = 0.01;
 
-// Normal equations of a level: a node is coupled with its 7 x 7 neighbourhood.
-class LevelSystem {
- public:
-  LevelSystem(const SplineSurface& grid, const ScatteredValues& samples,
-              const std::vector<double>& residual, const std::vector<double>& weights,
-              double stiffness)
-      : nx_(grid.n_columns), ny_(grid.n_rows), a_(size() * 49), b_(size()) {
+// What samples say of the nodes of a level: normal equations in which a node is coupled with its
+// 7 x 7 neighbourhood.
+struct LevelData {
+  static constexpr int kReach = 3, kSide = 2 * kReach + 1;
+  static constexpr std::size_t kCoupled = static_cast<std::size_t>(kSide) * kSide, kSelf = 24;
+
+  LevelData(const SplineSurface& grid, const ScatteredValues& samples,
+            const std::vector<double>& residual, const std::vector<double>& weights)
+      : nx(grid.n_columns), ny(grid.n_rows), matrix(size() * kCoupled), right(size()) {
     double total = 0;
     std::size_t n = 0;
     for (std::size_t s = 0; s < residual.size(); ++s) {
@@ -100,85 +103,123 @@ class LevelSystem {
           const double w = weights[s] * basis.x[static_cast<std::size_t>(i)] *
                            basis.y[static_cast<std::size_t>(j)];
           const std::size_t row = index(basis.i + i, basis.j + j);
-          b_[row] += w * residual[s];
-          for (int q = 0; q < 4; ++q) {
-            for (int p = 0; p < 4; ++p) {
-              entry(row, p - i, q - j) +=
-                  w * basis.x[static_cast<std::size_t>(p)] * basis.y[static_cast<std::size_t>(q)];
-            }
+          right[row] += w * residual[s];
+          double* coupled = &matrix[row * kCoupled + place(-i, -j)];
+          for (std::size_t q = 0; q < 4; ++q) {
+            for (std::size_t p = 0; p < 4; ++p)
+              coupled[q * kSide + p] += w * basis.x[p] * basis.y[q];
           }
         }
       }
     }
     // One sample per node spreads a sixteenth or so of its weight on the diagonal.
-    const double unit = n > 0 ? total / static_cast<double>(n) * 0.05 : 1;
-    std::vector<double> seen(size());
-    for (std::size_t row = 0; row < size(); ++row) seen[row] = entry(row, 0, 0);
-    add_bending(unit * stiffness);
-    for (std::size_t row = 0; row < size(); ++row) {
-      // Slopes are not to run on into where nothing was seen.
-      const double ridge =
-          far_from_seen(seen, row, kUnseen * unit) ? 0.02 : std::min(0.02, 0.2 * stiffness);
-      entry(row, 0, 0) += unit * (ridge + 0.001 * stiffness);
+    unit = n > 0 ? total / static_cast<double>(n) * 0.05 : 1;
+  }
+
+  [[nodiscard]] std::size_t size() const {
+    return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny);
+  }
+  [[nodiscard]] std::size_t index(int i, int j) const {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(nx) + static_cast<std::size_t>(i);
+  }
+  // Of the neighbour (di, dj) among the coupled.
+  static std::size_t place(int di, int dj) {
+    return static_cast<std::size_t>((dj + kReach) * kSide + di + kReach);
+  }
+
+  // Whether neither a node nor one of the eight about it was seen.
+  [[nodiscard]] bool far_from_seen(int i, int j) const {
+    for (int dj = std::max(-1, -j); dj <= std::min(1, ny - 1 - j); ++dj) {
+      for (int di = std::max(-1, -i); di <= std::min(1, nx - 1 - i); ++di) {
+        if (matrix[index(i + di, j + dj) * kCoupled + kSelf] > kUnseen * unit) return false;
+      }
+    }
+    return true;
+  }
+
+  int nx, ny;
+  std::vector<double> matrix;  // [node][neighbour]
+  std::vector<double> right;
+  double unit = 1;
+};
+
+// The same with a stiffness, laid out by neighbours, so that nodes side by side are worked on
+// together: a[neighbour][node], rows of nodes filled up with zeros to whole strides. Vectors have
+// zeros all around as well.
+class LevelSystem {
+ public:
+  LevelSystem(const LevelData& data, double stiffness)
+      : data_(data),
+        columns_((data.nx + kAtOnce - 1) / kAtOnce * kAtOnce),
+        stride_(columns_ + 2 * LevelData::kReach),
+        n_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(data.ny)),
+        a_(n_ * LevelData::kCoupled),
+        b_(vector_size()),
+        inverse_diagonal_(vector_size()) {
+    for (int j = 0; j < data.ny; ++j) {
+      for (int i = 0; i < data.nx; ++i) {
+        const double* from = &data.matrix[data.index(i, j) * LevelData::kCoupled];
+        for (std::size_t k = 0; k < LevelData::kCoupled; ++k) a_[k * n_ + node(i, j)] = from[k];
+        b_[in_vector(i, j)] = data.right[data.index(i, j)];
+      }
+    }
+    add_bending(data.unit * stiffness);
+    for (int j = 0; j < data.ny; ++j) {
+      for (int i = 0; i < data.nx; ++i) {
+        // Slopes are not to run on into where nothing was seen.
+        const double ridge = data.far_from_seen(i, j) ? 0.02 : std::min(0.02, 0.2 * stiffness);
+        double& self = a_[LevelData::kSelf * n_ + node(i, j)];
+        self += data.unit * (ridge + 0.001 * stiffness);
+        inverse_diagonal_[in_vector(i, j)] = 1 / std::max(self, 1e-300);
+      }
     }
   }
 
   // Conjugate gradients with a diagonal preconditioner: sums in a fixed order, so the result is the
   // same on any number of threads.
   [[nodiscard]] std::vector<double> solve() const {
-    std::vector<double> x(size()), r = b_, z(size()), p(size()), q(size());
-    double rz = 0, rz_start = 0;
-    for (std::size_t i = 0; i < size(); ++i) {
-      z[i] = r[i] / diagonal(i);
-      rz += r[i] * z[i];
-    }
-    rz_start = rz;
+    const std::size_t n = vector_size();
+    std::vector<double> x(n), r = b_, z(n), p(n), q(n);
+    for (std::size_t i = 0; i < n; ++i) z[i] = r[i] * inverse_diagonal_[i];
+    double rz = product(r, z);
+    const double rz_start = rz;
     p = z;
     for (int iteration = 0; iteration < 250 && rz > 1e-10 * rz_start && rz > 0; ++iteration) {
       multiply(p, q);
-      double pq = 0;
-      for (std::size_t i = 0; i < size(); ++i) pq += p[i] * q[i];
+      const double pq = product(p, q);
       if (!(pq > 0)) break;
       const double alpha = rz / pq;
-      double fresh = 0;
-      for (std::size_t i = 0; i < size(); ++i) {
+      for (std::size_t i = 0; i < n; ++i) {
         x[i] += alpha * p[i];
         r[i] -= alpha * q[i];
-        z[i] = r[i] / diagonal(i);
-        fresh += r[i] * z[i];
+        z[i] = r[i] * inverse_diagonal_[i];
       }
+      const double fresh = product(r, z);
       const double beta = fresh / rz;
       rz = fresh;
-      for (std::size_t i = 0; i < size(); ++i) p[i] = z[i] + beta * p[i];
+      for (std::size_t i = 0; i < n; ++i) p[i] = z[i] + beta * p[i];
     }
-    return x;
+    std::vector<double> out(data_.size());
+    for (int j = 0; j < data_.ny; ++j) {
+      for (int i = 0; i < data_.nx; ++i) out[data_.index(i, j)] = x[in_vector(i, j)];
+    }
+    return out;
   }
 
  private:
-  [[nodiscard]] std::size_t size() const {
-    return static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_);
+  static constexpr int kAtOnce = 8;
+
+  [[nodiscard]] std::size_t vector_size() const {
+    return static_cast<std::size_t>(stride_) *
+           static_cast<std::size_t>(data_.ny + 2 * LevelData::kReach);
   }
-  [[nodiscard]] std::size_t index(int i, int j) const {
-    return static_cast<std::size_t>(j) * static_cast<std::size_t>(nx_) +
+  [[nodiscard]] std::size_t node(int i, int j) const {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(i);
   }
-  double& entry(std::size_t row, int di, int dj) {
-    return a_[row * 49 + static_cast<std::size_t>((dj + 3) * 7 + di + 3)];
-  }
-  [[nodiscard]] double diagonal(std::size_t row) const {
-    return std::max(a_[row * 49 + 24], 1e-300);
-  }
-
-  // Whether neither a node nor one of the eight about it was seen.
-  [[nodiscard]] bool far_from_seen(const std::vector<double>& seen, std::size_t row,
-                                   double least) const {
-    const int i = static_cast<int>(row) % nx_, j = static_cast<int>(row) / nx_;
-    for (int dj = std::max(-1, -j); dj <= std::min(1, ny_ - 1 - j); ++dj) {
-      for (int di = std::max(-1, -i); di <= std::min(1, nx_ - 1 - i); ++di) {
-        if (seen[index(i + di, j + dj)] > least) return false;
-      }
-    }
-    return true;
+  [[nodiscard]] std::size_t in_vector(int i, int j) const {
+    return static_cast<std::size_t>(j + LevelData::kReach) * static_cast<std::size_t>(stride_) +
+           static_cast<std::size_t>(i + LevelData::kReach);
   }
 
   void add_bending(double weight) {
@@ -186,46 +227,50 @@ class LevelSystem {
                          double w) {
       for (const auto& [ai, aj, av] : stencil) {
         for (const auto& [bi, bj, bv] : stencil)
-          entry(index(i + ai, j + aj), bi - ai, bj - aj) += w * av * bv;
+          a_[LevelData::place(bi - ai, bj - aj) * n_ + node(i + ai, j + aj)] += w * av * bv;
       }
     };
-    for (int j = 0; j < ny_; ++j) {
-      for (int i = 0; i < nx_; ++i) {
-        if (i + 2 < nx_) add(i, j, {{0, 0, 1}, {1, 0, -2}, {2, 0, 1}}, weight);
-        if (j + 2 < ny_) add(i, j, {{0, 0, 1}, {0, 1, -2}, {0, 2, 1}}, weight);
-        if (i + 1 < nx_ && j + 1 < ny_)
+    for (int j = 0; j < data_.ny; ++j) {
+      for (int i = 0; i < data_.nx; ++i) {
+        if (i + 2 < data_.nx) add(i, j, {{0, 0, 1}, {1, 0, -2}, {2, 0, 1}}, weight);
+        if (j + 2 < data_.ny) add(i, j, {{0, 0, 1}, {0, 1, -2}, {0, 2, 1}}, weight);
+        if (i + 1 < data_.nx && j + 1 < data_.ny)
           add(i, j, {{0, 0, 1}, {1, 0, -1}, {0, 1, -1}, {1, 1, 1}}, 2 * weight);
       }
     }
   }
 
   void multiply(const std::vector<double>& x, std::vector<double>& y) const {
-    for (int j = 0; j < ny_; ++j) {
-      for (int i = 0; i < nx_; ++i) {
-        const std::size_t row = index(i, j);
-        double sum = 0;
-        for (int dj = std::max(-3, -j); dj <= std::min(3, ny_ - 1 - j); ++dj) {
-          const double* a = &a_[row * 49 + static_cast<std::size_t>((dj + 3) * 7 + 3)];
-          const double* v = &x[index(i, j + dj)];
-          for (int di = std::max(-3, -i); di <= std::min(3, nx_ - 1 - i); ++di)
-            sum += a[di] * v[di];
+    for (int j = 0; j < data_.ny; ++j) {
+      for (int i = 0; i < columns_; i += kAtOnce) {
+        const double* a = &a_[node(i, j)];
+        std::array<double, kAtOnce> sum{};
+        for (int dj = -LevelData::kReach; dj <= LevelData::kReach; ++dj) {
+          const double* v = &x[in_vector(i - LevelData::kReach, j + dj)];
+          for (int di = 0; di < LevelData::kSide; ++di, a += n_, ++v) {
+            for (std::size_t k = 0; k < kAtOnce; ++k) sum[k] += a[k] * v[k];
+          }
         }
-        y[row] = sum;
+        std::copy(sum.begin(), sum.end(), &y[in_vector(i, j)]);
       }
     }
   }
 
-  int nx_, ny_;
-  std::vector<double> a_, b_;
-};
+  static double product(const std::vector<double>& a, const std::vector<double>& b) {
+    std::array<double, kAtOnce> sum{};
+    std::size_t i = 0;
+    for (; i + kAtOnce <= a.size(); i += kAtOnce) {
+      for (std::size_t k = 0; k < kAtOnce; ++k) sum[k] += a[i + k] * b[i + k];
+    }
+    for (std::size_t k = 0; i < a.size(); ++i, ++k) sum[k] += a[i] * b[i];
+    return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+  }
 
-// What the levels chosen so far, and one more, make of some samples. Residuals shrink level by
-// level.
-std::vector<double> correction(const SplineSurface& grid, const ScatteredValues& samples,
-                               const std::vector<double>& residual,
-                               const std::vector<double>& weights, double stiffness) {
-  return LevelSystem(grid, samples, residual, weights, stiffness).solve();
-}
+  const LevelData& data_;
+  int columns_, stride_;
+  std::size_t n_;
+  std::vector<double> a_, b_, inverse_diagonal_;
+};
 
 constexpr std::array<int, 2> kFolds{0, 2};
 // A level is added where left-out samples gain so much [nats each], and more than the sum of their
@@ -316,13 +361,19 @@ void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int w
   constexpr std::array<double, 3> kStiffness{10, 0.1, 0.001};
   for (std::size_t level = 0; level < levels.spacing_px.size(); ++level) {
     const SplineSurface grid = make_grid(levels.spacing_px[level], width_px, height_px);
+    std::vector<std::optional<LevelData>> data(tasks.size());
+    parallel_for(static_cast<int>(tasks.size()), [&](int t) {
+      const Task& task = tasks[static_cast<std::size_t>(t)];
+      data[static_cast<std::size_t>(t)].emplace(grid, *task.samples, task.residual, task.weights);
+    });
     std::vector<std::array<std::vector<double>, kStiffness.size()>> after(tasks.size());
     parallel_for(static_cast<int>(tasks.size() * kStiffness.size()), [&](int trial) {
       const auto k = static_cast<std::size_t>(trial);
       const Task& task = tasks[k / kStiffness.size()];
       SplineSurface surface = grid;
-      surface.coefficients = correction(grid, *task.samples, task.residual, task.weights,
-                                        kStiffness[k % kStiffness.size()]);
+      // Residuals shrink level by level.
+      surface.coefficients =
+          LevelSystem(*data[k / kStiffness.size()], kStiffness[k % kStiffness.size()]).solve();
       std::vector<double>& out = after[k / kStiffness.size()][k % kStiffness.size()];
       out = task.residual;
       for (std::size_t s = 0; s < out.size(); ++s) {
@@ -365,8 +416,8 @@ SplineSurface fit_surface(const ScatteredValues& samples, int width_px, int heig
     if (level > 0) sum = refined(sum, width_px, height_px);
     if (level == 0) sum = grid;
     if (levels.stiffness[level] < 0) continue;
-    grid.coefficients =
-        correction(grid, samples, residual, samples.weights, levels.stiffness[level]);
+    const LevelData data(grid, samples, residual, samples.weights);
+    grid.coefficients = LevelSystem(data, levels.stiffness[level]).solve();
     for (std::size_t s = 0; s < residual.size(); ++s) {
       if (samples.weights[s] > 0) residual[s] -= grid.at(samples.positions[s]);
     }
