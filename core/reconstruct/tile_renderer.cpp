@@ -84,10 +84,13 @@ float TileRenderer::element(const SilverRows& silver, std::size_t site, Vec2 p) 
              y = static_cast<int>(std::floor(p.y + 0.5));
   const auto fx = static_cast<float>(p.x - x), fy = static_cast<float>(p.y - y);
   const float* corner = silver.at(x - ElementKernels::kRadius, y - ElementKernels::kRadius);
-  const auto weigh = [&](const ElementKernels& kernels) {
-    const float* from = corner;
-    const float* weight = kernels.of(site, fx, fy);
-    Float4 a{}, b{}, c{}, d{};
+  const std::vector<BlurLevel>& levels = settings_.levels.levels();
+  const BlurLevels::Place place =
+      levels.size() == 1 ? BlurLevels::Place{} : settings_.levels.place(settings_.blur.sigma_px(p));
+  const float* from = corner;
+  const float* weight = levels[place.index].elements.of(site, fx, fy);
+  Float4 a{}, b{}, c{}, d{};
+  if (!(place.toward_next > 0)) {
     for (int row = 0; row < ElementKernels::kSide; ++row) {
       a += load4(weight) * load4(from);
       b += load4(weight + 4) * load4(from + 4);
@@ -97,12 +100,27 @@ float TileRenderer::element(const SilverRows& silver, std::size_t site, Vec2 p) 
       from += silver.stride();
     }
     return sum4((a + b) + (c + d));
-  };
-  const std::vector<BlurLevel>& levels = settings_.levels.levels();
-  if (levels.size() == 1) return weigh(levels[0].elements);
-  const BlurLevels::Place place = settings_.levels.place(settings_.blur.sigma_px(p));
-  const float first = weigh(levels[place.index].elements);
-  return first + place.toward_next * (weigh(levels[place.index + 1].elements) - first);
+  }
+  // Between two levels: both at once, for the silver is the same.
+  const float* next = levels[place.index + 1].elements.of(site, fx, fy);
+  Float4 next_a{}, next_b{};
+  for (int row = 0; row < ElementKernels::kSide; ++row) {
+    const Float4 p0 = load4(from), p1 = load4(from + 4), p2 = load4(from + 8),
+                 p3 = load4(from + 12);
+    a += load4(weight) * p0;
+    b += load4(weight + 4) * p1;
+    a += load4(weight + 8) * p2;
+    b += load4(weight + 12) * p3;
+    next_a += load4(next) * p0;
+    next_b += load4(next + 4) * p1;
+    next_a += load4(next + 8) * p2;
+    next_b += load4(next + 12) * p3;
+    weight += ElementKernels::kRow;
+    next += ElementKernels::kRow;
+    from += silver.stride();
+  }
+  const Float4 first = a + b;
+  return sum4(first + place.toward_next * ((next_a + next_b) - first));
 }
 
 TileRenderer::Planes TileRenderer::collect(const SilverRows& silver, const BlankBlocks& blank,

@@ -14,6 +14,7 @@ using Complex = std::complex<double>;
 constexpr int kTerms = 3 + 2 * static_cast<int>(kTileHarmonics.size());
 using Normal = Eigen::Matrix<double, kTerms, kTerms>;
 using Terms = Eigen::Matrix<double, kTerms, 1>;
+using Right = Eigen::Matrix<double, kTerms, 4>;  // a column for each channel
 
 // The phases of u and v along a row, by turning from pixel to pixel: between two places of the map
 // a few pixels apart it is straight to far less than is measured here.
@@ -55,14 +56,12 @@ class RowPhases {
   const ScreenMap& map_;
 };
 
-// sin^2 from border to border.
-std::vector<double> hann_of(int n) {
-  std::vector<double> window(static_cast<std::size_t>(std::max(n, 0)));
-  for (std::size_t i = 0; i < window.size(); ++i) {
-    const double w = std::sin(std::numbers::pi * (static_cast<double>(i) + 0.5) / n);
-    window[i] = w * w;
-  }
-  return window;
+// Roots of a Hann window: sin from border to border.
+std::vector<double> root_of_hann(int n) {
+  std::vector<double> root(static_cast<std::size_t>(std::max(n, 0)));
+  for (std::size_t i = 0; i < root.size(); ++i)
+    root[i] = std::sin(std::numbers::pi * (static_cast<double>(i) + 0.5) / n);
+  return root;
 }
 
 }  // namespace
@@ -71,12 +70,11 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
   ScreenTile tile;
   const int height = std::min(size, rows.n), width = std::min(size, rows.width_px - x0);
   Normal normal = Normal::Zero();
-  std::array<Terms, 4> right;
-  for (auto& r : right) r.setZero();
-  std::array<double, 4> energy{};
+  Right right = Right::Zero();
+  Eigen::Array4d energy = Eigen::Array4d::Zero();
   double weight_sum = 0, square_sum = 0;
   int n_lost = 0;
-  const std::vector<double> wx = hann_of(width), wy = hann_of(height);
+  const std::vector<double> root_x = root_of_hann(width), root_y = root_of_hann(height);
   RowPhases phases(map, std::max(width, 0));
   double plain_sum = 0, difference_squares = 0;
   for (int y = 0; y < height; ++y) {
@@ -90,14 +88,18 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
   const double n_all = static_cast<double>(std::max(width, 1)) * std::max(height, 1);
   tile.plain_mean = plain_sum / n_all;
   tile.plain_noise = std::sqrt(0.5 * difference_squares / n_all);
+  // Of the pixels of a row that are not lost, by the root of their weight.
+  Eigen::Matrix<double, kTerms, Eigen::Dynamic> terms(kTerms, width);
+  Eigen::Matrix<double, 4, Eigen::Dynamic> values(4, width);
   for (int y = 0; y < height; ++y) {
     phases.set_row(x0, rows.first + y);
+    int n_kept = 0;
     for (int x = 0; x < width; ++x) {
       if (!(rows.row(3, y)[x0 + x] > 0)) {
         ++n_lost;
         continue;
       }
-      const double window = wx[static_cast<std::size_t>(x)] * wy[static_cast<std::size_t>(y)];
+      const double root = root_x[static_cast<std::size_t>(x)] * root_y[static_cast<std::size_t>(y)];
       const Complex u = phases.u[static_cast<std::size_t>(x)],
                     v = phases.v[static_cast<std::size_t>(x)];
       const std::array<Complex, kTileHarmonics.size()> turn{u,
@@ -106,23 +108,25 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
                                                             RowPhases::product(u, std::conj(v)),
                                                             RowPhases::product(u, u),
                                                             RowPhases::product(v, v)};
-      Terms term;
-      term(0) = 1;
-      term(1) = (x + 0.5) / width - 0.5;
-      term(2) = (y + 0.5) / height - 0.5;
+      double* term = &terms(0, n_kept);
+      term[0] = root;
+      term[1] = root * ((x + 0.5) / width - 0.5);
+      term[2] = root * ((y + 0.5) / height - 0.5);
       for (std::size_t h = 0; h < turn.size(); ++h) {
-        term(static_cast<int>(3 + 2 * h)) = turn[h].real();
-        term(static_cast<int>(4 + 2 * h)) = turn[h].imag();
+        term[3 + 2 * h] = root * turn[h].real();
+        term[4 + 2 * h] = root * turn[h].imag();
       }
-      normal.selfadjointView<Eigen::Lower>().rankUpdate(term, window);
-      for (std::size_t c = 0; c < 4; ++c) {
-        const double value = static_cast<double>(rows.row(static_cast<int>(c), y)[x0 + x]);
-        right[c] += (window * value) * term;
-        energy[c] += window * value * value;
-      }
+      for (int c = 0; c < 4; ++c) values(c, n_kept) = root * double{rows.row(c, y)[x0 + x]};
+      const double window = root * root;
       weight_sum += window;
       square_sum += window * window;
+      ++n_kept;
     }
+    const auto kept = terms.leftCols(n_kept);
+    const auto kept_values = values.leftCols(n_kept);
+    normal.selfadjointView<Eigen::Lower>().rankUpdate(kept);
+    right.noalias() += kept * kept_values.transpose();
+    energy += kept_values.rowwise().squaredNorm().array();
   }
   if (n_lost * 20 > width * height || !(square_sum > 0)) return tile;
   Normal full = normal.selfadjointView<Eigen::Lower>();
@@ -139,7 +143,8 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
   tile.n_effective = weight_sum * weight_sum / square_sum;
   if (tile.n_effective < 3 * kTerms) return tile;
   for (std::size_t c = 0; c < 4; ++c) {
-    const Terms a = solver.solve(right[c]);
+    const auto channel = static_cast<Eigen::Index>(c);
+    const Terms a = solver.solve(right.col(channel));
     if (!a.allFinite()) {
       ScreenTile nothing;
       nothing.plain_mean = tile.plain_mean;
@@ -155,7 +160,7 @@ ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size, const S
     for (int h = 0; h < 2; ++h) {
       tile.fundamental[c][static_cast<std::size_t>(h)] = 0.5 * Complex(a(3 + 2 * h), -a(4 + 2 * h));
     }
-    tile.variance[c] = std::max(energy[c] - a.dot(right[c]), 0.0) / weight_sum;
+    tile.variance[c] = std::max(energy(channel) - a.dot(right.col(channel)), 0.0) / weight_sum;
   }
   tile.used = tile.amplitude[3][0] > 1e-3;
   return tile;
