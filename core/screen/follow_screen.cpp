@@ -25,6 +25,8 @@ namespace {
 // Splines as coarse as this may take what a bent film does before the lines are looked at.
 constexpr double kBeforeLinesPx = 330;
 constexpr double kFlatPx = 0.012;
+// To start from, a flat map that leaves no more than this is as good as one that bends.
+constexpr double kStartPx = 0.05;
 // What blocks of large cells leave of a film that bends within them [px].
 constexpr double kSharpBendPx = 0.15;
 // A block that lies farther from a map than this does not vouch for it [periods].
@@ -159,7 +161,7 @@ class Follower {
     const std::vector<PhaseSample> samples = grower.samples();
     result.coverage = coverage(samples.size(), growing);
     result.cell_px = cells_.size().width;
-    result.fit = fit_smooth(samples, finest_px_);
+    result.fit = fit_map(samples, cells_.width_px(), cells_.height_px(), finest_px_, kStartPx);
     const MapFit& fit = result.fit;
     result.needs_smaller_cells =
         !small_ && (!fit.usable || result.coverage < 0.7 || fit.residual_px > kSharpBendPx);
