@@ -73,10 +73,12 @@ SpeedRun run_speed_case(const MemoryLineSource& source, const SpeedCase& test, i
   result.register_wall_s = result.reconstruct_wall_s = 1e30;
   RegisterOptions register_options;
   register_options.n_threads = test.n_threads;
+  register_options.tone = test.tone;
   ReconstructOptions options;
   options.quality = test.quality;
   options.n_threads = test.n_threads;
   options.exact = test.exact;
+  options.tone = test.tone;
   const double pixels =
       static_cast<double>(source.format().width_px) * static_cast<double>(source.format().n_lines);
   result.least_bytes = pixels * (2 * kBytesPerPixelIn + kBytesPerPixelOut);

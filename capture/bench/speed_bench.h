@@ -6,6 +6,7 @@
 
 #include "core/line/memory_line_source.h"
 #include "core/reconstruct/demosaic.h"
+#include "core/reconstruct/tone_curve.h"
 
 namespace reseau {
 
@@ -15,6 +16,7 @@ struct SpeedCase {
   Quality quality = Quality::kStandard;
   int n_threads = 0;
   bool exact = false;
+  ToneCurves tone = ToneCurves::linear();
 };
 
 struct SpeedRun {
@@ -35,7 +37,7 @@ struct SpeedRun {
 // on across the seams.
 [[nodiscard]] MemoryLineSource tiled_film(double megapixels, bool half_black);
 
-// Registers and renders `repeat` times. Source: tiled_film of the case.
+// Registers and renders `repeat` times. Source: tiled_film of the case, or any scan.
 [[nodiscard]] SpeedRun run_speed_case(const MemoryLineSource& source, const SpeedCase& test,
                                       int repeat);
 

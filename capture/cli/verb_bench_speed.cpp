@@ -12,6 +12,7 @@
 #include "capture/cli/speed_plot.h"
 #include "capture/cli/verb_bench.h"
 #include "capture/cli/write_text.h"
+#include "capture/image/scan_reader.h"
 
 namespace reseau::cli {
 
@@ -25,8 +26,29 @@ struct SpeedArguments {
   std::vector<std::string> qualities{"draft", "standard", "best"};
   int repeat = 3;
   bool half_black = false, exact = false;
-  std::string plot;
+  std::string scan, plot;
 };
+
+// What is registered and reconstructed.
+struct Film {
+  MemoryLineSource source;
+  ToneCurves tone = ToneCurves::linear();
+  [[nodiscard]] double megapixels() const {
+    return 1e-6 * source.format().width_px * source.format().n_lines;
+  }
+};
+
+Film film_of_file(const std::string& file) {
+  const Scan scan = as_failure(Doing::kReadingInput, [&] { return read_scan(file); });
+  const LineFormat& format = scan.source->format();
+  std::vector<std::uint16_t> samples(format.samples_per_line() *
+                                     static_cast<std::size_t>(format.n_lines));
+  as_failure(Doing::kReadingInput, [&] {
+    scan.source->read(0, format.n_lines, samples);
+    return true;
+  });
+  return {{format, std::move(samples)}, scan.tone};
+}
 
 // What the whole of a picture may take on two threads [s].
 struct SpeedBar {
@@ -61,12 +83,11 @@ std::string row_text(const SpeedPoint& p, const SpeedRun& run, double share,
 }
 
 ExitCode bench_speed(const SpeedArguments& options, Work& work) {
-  ordered_json result{{"schema", "reseau-bench-speed/1"},
-                      {"half_black", options.half_black},
-                      {"exact", options.exact},
-                      {"repeat", options.repeat},
-                      {"bandwidth_bytes_per_s", ordered_json::array()},
-                      {"cases", ordered_json::array()}};
+  ordered_json result{
+      {"schema", "reseau-bench-speed/1"}, {"half_black", options.half_black},
+      {"exact", options.exact},           {"scan", options.scan},
+      {"repeat", options.repeat},         {"bandwidth_bytes_per_s", ordered_json::array()},
+      {"cases", ordered_json::array()}};
   std::vector<double> bandwidth;
   for (const int n : options.threads) {
     bandwidth.push_back(copy_bandwidth(n));
@@ -76,14 +97,18 @@ ExitCode bench_speed(const SpeedArguments& options, Work& work) {
                                         "Mpx", "quality", "threads", "reg. s", "cpu s", "rec. s",
                                         "cpu s", "MB", "% bw"));
   std::vector<SpeedPoint> points;
-  for (const double megapixels : options.megapixels) {
-    const MemoryLineSource film = tiled_film(megapixels, options.half_black);
+  // Films of the sizes asked for, or the one of a file, whatever its size.
+  const std::vector<double> sizes = options.scan.empty() ? options.megapixels : std::vector{0.0};
+  for (const double size : sizes) {
+    const Film film = options.scan.empty() ? Film{tiled_film(size, options.half_black)}
+                                           : film_of_file(options.scan);
+    const double megapixels = options.scan.empty() ? size : film.megapixels();
     for (const std::string& quality : options.qualities) {
       for (std::size_t i = 0; i < options.threads.size(); ++i) {
         if (work.signals.stop().stop_requested()) return kExitCancelled;
-        const SpeedCase test{megapixels, options.half_black, parse_quality(quality),
-                             options.threads[i], options.exact};
-        const SpeedRun run = run_speed_case(film, test, options.repeat);
+        const SpeedCase test{megapixels,         options.half_black, parse_quality(quality),
+                             options.threads[i], options.exact,      film.tone};
+        const SpeedRun run = run_speed_case(film.source, test, options.repeat);
         if (!run.found) {
           work.reporter.result_line(
               fmt::format("{:>6.0f} {:<9} not registered: {}", megapixels, quality, run.reason));
@@ -126,6 +151,7 @@ void add_bench_speed(Program& program, CLI::App* bench) {
       "bytes that have to move\n(the scan twice, the picture once) in that time as a share of what "
       "the machine copies.",
       "reseau bench speed --megapixels 24 --threads 2\n"
+      "reseau bench speed --scan film.tif --quality standard\n"
       "reseau bench speed --plot speed.svg --json",
       [options](Work& work) { return bench_speed(*options, work); });
   program.prints_own_json(app);
@@ -140,6 +166,8 @@ void add_bench_speed(Program& program, CLI::App* bench) {
       ->delimiter(',');
   app->add_option("--repeat", options->repeat, "Runs of each (default 3)")
       ->check(CLI::Range(1, 100));
+  app->add_option("--scan", options->scan, "This TIFF instead of films of those sizes")
+      ->excludes("--megapixels");
   app->add_flag("--half-black", options->half_black, "No light on one half of the film");
   app->add_flag("--exact", options->exact, "No shortcut that changes a pixel");
   app->add_option("--plot", options->plot, "Size against time as an SVG file");

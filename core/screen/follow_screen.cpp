@@ -29,6 +29,10 @@ constexpr double kFlatPx = 0.012;
 constexpr double kStartPx = 0.05;
 // What blocks of large cells leave of a film that bends within them [px].
 constexpr double kSharpBendPx = 0.15;
+// A fit this much better than another is worth another look for lines.
+constexpr double kBetterFit = 0.9;
+// A map that moves by less than this, rms, from one round to the next is not measured again [px].
+constexpr double kSettledPx = 0.001;
 // A block that lies farther from a map than this does not vouch for it [periods].
 constexpr double kAgreed = 0.2;
 
@@ -161,7 +165,8 @@ class Follower {
     const std::vector<PhaseSample> samples = grower.samples();
     result.coverage = coverage(samples.size(), growing);
     result.cell_px = cells_.size().width;
-    result.fit = fit_map(samples, cells_.width_px(), cells_.height_px(), finest_px_, kStartPx);
+    result.fit = fit_map(samples, cells_.width_px(), cells_.height_px(), finest_px_, kStartPx,
+                         {.n_choices = 1});
     const MapFit& fit = result.fit;
     result.needs_smaller_cells =
         !small_ && (!fit.usable || result.coverage < 0.7 || fit.residual_px > kSharpBendPx);
@@ -188,6 +193,8 @@ class Follower {
   // From a usable map to a better one.
   void improve(FollowedScreen& result, int n_rounds, bool check_left_out) {
     MapFit fit = result.fit;
+    double looked_at_px = 1e9;  // what a map left when lines were last looked for
+    bool line_is_new = true;
     for (int round = 0; round < n_rounds; ++round) {
       const std::vector<Vec2> screen = screen_at_cells(cells_, fit.map);
       if (!refresh_series(screen, fit.map)) break;
@@ -195,30 +202,37 @@ class Follower {
           measure_samples(cells_, fit.map, screen, series_, block_, drift_, blur_px2_);
       std::erase_if(samples, [&](const auto& sample) { return !trusts(result, sample.p_in_scan); });
       const LineError line = fit.map.line_error();
-      MapFit better = fit_smooth(samples, finest_px_);
+      MapFit better = fit_smooth(samples, finest_px_, plan_after(fit, line_is_new));
+      line_is_new = false;
       // Few samples may not prove again what was proven: film that bends within a tile does not
       // turn flat from one look to the next.
       if (small_ && !fit.levels.flat() && better.residual_px > 2 * fit.residual_px)
-        better = fit_map(samples, cells_.width_px(), cells_.height_px(), finest_px_, flat_px(),
-                         &fit.levels);
+        better = fit_smooth(samples, finest_px_, {&fit.levels, 0});
       if (!better.usable) break;
       better.map = better.map.with_line_error(line);
       // Nor do its bends pass for a stage where splines follow them.
       const bool bends = small_ && better.residual_px < kSharpBendPx && !better.map.is_affine();
-      if (!bends && (better.residual_px > flat_px() || !better.map.is_affine())) {
+      const bool fits = better.map.is_affine() && better.residual_px <= flat_px();
+      // Where none was found a better fit of the film may show one.
+      const bool worth_a_look = !line.none() || better.residual_px < kBetterFit * looked_at_px;
+      if (!bends && !fits && worth_a_look) {
+        looked_at_px = better.residual_px;
         const LineFit found = look_for_lines(fit.map, screen, samples, better.map);
         if (!found.error.none()) {
           result.line_gain = std::max(result.line_gain, found.gain);
           if (line.none()) {
             // The film anew, now that the stage is known.
-            const MapFit coarse = fit_smooth(samples, kBeforeLinesPx);
-            better = coarse;
+            better = fit_smooth(samples, kBeforeLinesPx);
+            line_is_new = true;
           }
           better.map = better.map.with_line_error(found.error);
         }
       }
+      const bool settled =
+          better.map.is_affine() ||
+          (line.none() && !line_is_new && moved_px(samples, fit.map, better.map) < kSettledPx);
       fit = better;
-      if (fit.map.is_affine() && round >= 1) break;
+      if (settled && round >= 1) break;
     }
     result.fit = fit;
     if (check_left_out) result.left_out_px = left_out(fit.map);
@@ -268,7 +282,7 @@ class Follower {
       for (const PhaseSample& sample : all) {
         if (!left_out_of_fold(sample.p_in_scan, fold, block_px)) seen.push_back(sample);
       }
-      const MapFit film = fit_smooth(seen, finest_px_);
+      const MapFit film = fit_smooth(seen, finest_px_, {.n_choices = 1});
       if (!film.usable) return std::nullopt;
       LineError line = known;
       if (!known.none()) {
@@ -307,8 +321,31 @@ class Follower {
     return Vec2{rms(off_u), rms(off_v)};
   }
 
-  [[nodiscard]] MapFit fit_smooth(const std::vector<PhaseSample>& samples, double finest) const {
-    return fit_map(samples, cells_.width_px(), cells_.height_px(), finest, flat_px());
+  [[nodiscard]] MapFit fit_smooth(const std::vector<PhaseSample>& samples, double finest,
+                                  const LevelPlan& plan = {}) const {
+    return fit_map(samples, cells_.width_px(), cells_.height_px(), finest, flat_px(), plan);
+  }
+
+  // What was proven in a round holds in the next, as long as the stage is seen alike.
+  [[nodiscard]] LevelPlan plan_after(const MapFit& fit, bool line_is_new) const {
+    if (fit.levels.spacing_px !=
+        surface_levels(cells_.width_px(), cells_.height_px(), finest_px_).spacing_px)
+      return {};
+    if (line_is_new) return fit.levels.flat() ? LevelPlan{} : LevelPlan{&fit.levels, 1};
+    return {&fit.levels, 0};
+  }
+
+  // Between two maps, rms over the places of samples.
+  static double moved_px(const std::vector<PhaseSample>& samples, const ScreenMap& from,
+                         const ScreenMap& to) {
+    double sum = 0;
+    for (const PhaseSample& sample : samples) {
+      const Vec2 p = sample.p_in_scan;
+      const Vec2 px = from.jacobian(p).inverse() *
+                      (to.smooth_screen_from_scan(p) - from.smooth_screen_from_scan(p));
+      sum += dot(px, px);
+    }
+    return std::sqrt(sum / std::max(1.0, static_cast<double>(samples.size())));
   }
 
   // A map that leaves no more than this needs neither lines nor splines: what the picture does to
@@ -375,7 +412,7 @@ class Follower {
       result.error = improve_line_error(line_samples(strips_along(known.axis), better), known);
       return result;
     }
-    const MapFit coarse = fit_smooth(samples, kBeforeLinesPx);
+    const MapFit coarse = fit_smooth(samples, kBeforeLinesPx, {.n_choices = 1});
     if (!coarse.usable) return result;
     for (const LineError::Axis axis : {LineError::Axis::kLines, LineError::Axis::kColumns}) {
       const bool lines = axis == LineError::Axis::kLines;

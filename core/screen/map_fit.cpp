@@ -12,8 +12,7 @@ namespace reseau {
 namespace {
 
 constexpr int kRobustRounds = 3;
-constexpr int kChoosingRounds = 2;  // in which held-out samples choose the stiffness anew
-constexpr double kCauchy = 3.0;     // residuals beyond this many sigmas fade
+constexpr double kCauchy = 3.0;  // residuals beyond this many sigmas fade
 
 struct Affine {
   Mat2 linear;
@@ -124,7 +123,7 @@ ScatteredValues leftovers(const std::vector<PhaseSample>& samples, const Affine&
 }  // namespace
 
 MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px,
-               double finest_px, double flat_px, const SurfaceLevels* known) {
+               double finest_px, double flat_px, const LevelPlan& plan) {
   MapFit fit;
   if (samples.size() < 6) return fit;
   const double scale = std::max(width_px, height_px);
@@ -143,9 +142,10 @@ MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height
   for (int round = 0; round < kRobustRounds; ++round) {
     ScatteredValues u = leftovers(samples, affine, weights.u, true);
     ScatteredValues v = leftovers(samples, affine, weights.v, false);
-    if (known != nullptr) {
-      levels = *known;
-    } else if (round < kChoosingRounds) {
+    const int n_started = plan.start != nullptr ? 1 : 0;
+    if (round < n_started) {
+      levels = *plan.start;
+    } else if (round < n_started + plan.n_choices) {
       levels = surface_levels(width_px, height_px, finest_px);
       if (rms_px(samples, affine, weights) > flat_px) {
         choose_levels({&u, &v}, width_px, height_px, levels);

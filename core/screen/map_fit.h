@@ -22,13 +22,18 @@ struct MapFit {
   MapErrorModel error_model;
 };
 
+// How a fit comes by its levels.
+struct LevelPlan {
+  const SurfaceLevels* start = nullptr;  // taken in the first of the robust rounds
+  int n_choices = 2;                     // rounds after it in which left-out blocks choose anew
+};
+
 // Robust affine map, and where held-out blocks of samples prove that it is better, a displacement
 // by cubic B-splines from coarse to fine whose levels those blocks choose. Needs at least 6
 // samples.
 // Levels finer than finest_px are not tried, and none where the affine map leaves less than
-// flat_px. `known`: levels to be used instead of a choice.
+// flat_px.
 [[nodiscard]] MapFit fit_map(const std::vector<PhaseSample>& samples, int width_px, int height_px,
-                             double finest_px, double flat_px,
-                             const SurfaceLevels* known = nullptr);
+                             double finest_px, double flat_px, const LevelPlan& plan = {});
 
 }  // namespace reseau

@@ -34,6 +34,24 @@ Basis basis_at(const SplineSurface& grid, Vec2 p) {
   return b;
 }
 
+std::vector<Basis> bases_at(const SplineSurface& grid, const std::vector<Vec2>& positions) {
+  std::vector<Basis> bases;
+  bases.reserve(positions.size());
+  for (const Vec2 p : positions) bases.push_back(basis_at(grid, p));
+  return bases;
+}
+
+double value_at(const SplineSurface& grid, const Basis& b) {
+  double sum = 0;
+  for (std::size_t j = 0; j < 4; ++j) {
+    const double* row = &grid.coefficients[(static_cast<std::size_t>(b.j) + j) *
+                                               static_cast<std::size_t>(grid.n_columns) +
+                                           static_cast<std::size_t>(b.i)];
+    sum += b.y[j] * (b.x[0] * row[0] + b.x[1] * row[1] + b.x[2] * row[2] + b.x[3] * row[3]);
+  }
+  return sum;
+}
+
 SplineSurface make_grid(double spacing, int width, int height) {
   SplineSurface grid;
   grid.spacing_px = spacing;
@@ -89,7 +107,7 @@ struct LevelData {
   static constexpr int kReach = 3, kSide = 2 * kReach + 1;
   static constexpr std::size_t kCoupled = static_cast<std::size_t>(kSide) * kSide, kSelf = 24;
 
-  LevelData(const SplineSurface& grid, const ScatteredValues& samples,
+  LevelData(const SplineSurface& grid, const std::vector<Basis>& places,
             const std::vector<double>& residual, const std::vector<double>& weights)
       : nx(grid.n_columns), ny(grid.n_rows), matrix(size() * kCoupled), right(size()) {
     double total = 0;
@@ -98,7 +116,7 @@ struct LevelData {
       if (!(weights[s] > 0)) continue;
       total += weights[s];
       ++n;
-      const Basis basis = basis_at(grid, samples.positions[s]);
+      const Basis& basis = places[s];
       for (int j = 0; j < 4; ++j) {
         for (int i = 0; i < 4; ++i) {
           const double w = weights[s] * basis.x[static_cast<std::size_t>(i)] *
@@ -178,14 +196,15 @@ class LevelSystem {
 
   // Down to a share of the first residual, squared. Conjugate gradients with a diagonal
   // preconditioner: sums in a fixed order, so the result is the same on any number of threads.
-  [[nodiscard]] std::vector<double> solve(double tolerance) const {
+  [[nodiscard]] std::vector<double> solve(double tolerance, int most_iterations) const {
     const std::size_t n = vector_size();
     std::vector<double> x(n), r = b_, z(n), p(n), q(n);
     for (std::size_t i = 0; i < n; ++i) z[i] = r[i] * inverse_diagonal_[i];
     double rz = product(r, z);
     const double rz_start = rz;
     p = z;
-    for (int iteration = 0; iteration < 250 && rz > tolerance * rz_start && rz > 0; ++iteration) {
+    for (int iteration = 0; iteration < most_iterations && rz > tolerance * rz_start && rz > 0;
+         ++iteration) {
       multiply(p, q);
       const double pq = product(p, q);
       if (!(pq > 0)) break;
@@ -283,6 +302,7 @@ class LevelSystem {
 
 // Of the square of what conjugate gradients leave: a trial only has to be judged.
 constexpr double kTolerance = 1e-10, kTrialTolerance = 1e-7;
+constexpr int kMostIterations = 250, kTrialIterations = 80;
 
 constexpr std::array<int, 2> kFolds{0, 2};
 // A level is added where left-out samples gain so much [nats each], and more than the sum of their
@@ -298,17 +318,7 @@ double middle_of(std::vector<double> values) {
 
 }  // namespace
 
-double SplineSurface::at(Vec2 p) const {
-  const Basis b = basis_at(*this, p);
-  double sum = 0;
-  for (std::size_t j = 0; j < 4; ++j) {
-    const double* row =
-        &coefficients[(static_cast<std::size_t>(b.j) + j) * static_cast<std::size_t>(n_columns) +
-                      static_cast<std::size_t>(b.i)];
-    sum += b.y[j] * (b.x[0] * row[0] + b.x[1] * row[1] + b.x[2] * row[2] + b.x[3] * row[3]);
-  }
-  return sum;
-}
+double SplineSurface::at(Vec2 p) const { return value_at(*this, basis_at(*this, p)); }
 
 double left_out_block_px(double finest_px) { return finest_px < 40 ? 1.8 * finest_px : 110; }
 
@@ -373,10 +383,12 @@ void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int w
   constexpr std::array<double, 3> kStiffness{10, 0.1, 0.001};
   for (std::size_t level = 0; level < levels.spacing_px.size(); ++level) {
     const SplineSurface grid = make_grid(levels.spacing_px[level], width_px, height_px);
+    // Two coordinates of the same samples lie at the same places.
+    const std::vector<Basis> places = bases_at(grid, coordinates.front()->positions);
     std::vector<std::optional<LevelData>> data(tasks.size());
     parallel_for(static_cast<int>(tasks.size()), [&](int t) {
       const Task& task = tasks[static_cast<std::size_t>(t)];
-      data[static_cast<std::size_t>(t)].emplace(grid, *task.samples, task.residual, task.weights);
+      data[static_cast<std::size_t>(t)].emplace(grid, places, task.residual, task.weights);
     });
     std::vector<std::array<std::vector<double>, kStiffness.size()>> after(tasks.size());
     parallel_for(static_cast<int>(tasks.size() * kStiffness.size()), [&](int trial) {
@@ -386,11 +398,11 @@ void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int w
       // Residuals shrink level by level.
       surface.coefficients =
           LevelSystem(*data[k / kStiffness.size()], kStiffness[k % kStiffness.size()])
-              .solve(kTrialTolerance);
+              .solve(kTrialTolerance, kTrialIterations);
       std::vector<double>& out = after[k / kStiffness.size()][k % kStiffness.size()];
       out = task.residual;
       for (std::size_t s = 0; s < out.size(); ++s) {
-        if (task.samples->weights[s] > 0) out[s] -= surface.at(task.samples->positions[s]);
+        if (task.samples->weights[s] > 0) out[s] -= value_at(surface, places[s]);
       }
     });
     std::array<double, kStiffness.size()> gain{};
@@ -429,10 +441,12 @@ SplineSurface fit_surface(const ScatteredValues& samples, int width_px, int heig
     if (level > 0) sum = refined(sum, width_px, height_px);
     if (level == 0) sum = grid;
     if (levels.stiffness[level] < 0) continue;
-    const LevelData data(grid, samples, residual, samples.weights);
-    grid.coefficients = LevelSystem(data, levels.stiffness[level]).solve(kTolerance);
+    const std::vector<Basis> places = bases_at(grid, samples.positions);
+    const LevelData data(grid, places, residual, samples.weights);
+    grid.coefficients =
+        LevelSystem(data, levels.stiffness[level]).solve(kTolerance, kMostIterations);
     for (std::size_t s = 0; s < residual.size(); ++s) {
-      if (samples.weights[s] > 0) residual[s] -= grid.at(samples.positions[s]);
+      if (samples.weights[s] > 0) residual[s] -= value_at(grid, places[s]);
     }
     for (std::size_t i = 0; i < sum.coefficients.size(); ++i)
       sum.coefficients[i] += grid.coefficients[i];

@@ -43,7 +43,8 @@ struct SurfaceLevels {
 [[nodiscard]] SurfaceLevels surface_levels(int width_px, int height_px, double finest_px);
 
 // Decides level by level, by blocks of samples left out of the fit, whether a correction at that
-// level predicts them better than none, and how stiff it should be. Deterministic.
+// level predicts them better than none, and how stiff it should be. Positions are those of the
+// first coordinate. Deterministic.
 void choose_levels(const std::vector<const ScatteredValues*>& coordinates, int width_px,
                    int height_px, SurfaceLevels& levels);
 
