@@ -39,6 +39,8 @@ class PictureFrame {
   [[nodiscard]] int height_px() const { return height_px_; }
   // Pixel (x, y) of the picture is pixel (x, y) of the scan, for all of it.
   [[nodiscard]] bool is_scan() const { return is_scan_; }
+  // Rows and columns of the picture are rows and columns of the scan, only wider or narrower.
+  [[nodiscard]] bool is_straight() const { return !in_screen_ && matrix_.b == 0 && matrix_.c == 0; }
   [[nodiscard]] double scale() const { return scale_; }
   // How far the picture is turned against the scan (kFilm) [degree].
   [[nodiscard]] double turned_deg() const { return turned_deg_; }

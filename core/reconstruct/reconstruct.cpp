@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "core/base/check.h"
@@ -93,12 +94,17 @@ Counts render_scan(const Job& job) {
 }
 
 // Turned or scaled: a tile may need any lines, so the silver of all that are needed is kept.
-Counts render_frame(const Job& job, const PictureFrame& frame, const ScreenMap& map) {
+Counts render_frame(const Job& job, const PictureFrame& frame, const ScreenMap& map,
+                    std::vector<std::string>& skipped) {
   const FrameRenderer renderer(job.renderer, frame, map, job.source.format().width_px,
-                               job.source.committed());
+                               job.source.committed(), job.options.exact);
+  if (renderer.step_px() > 1) {
+    skipped.push_back("all but every " + std::to_string(renderer.step_px()) +
+                      ". pixel and row: the picture is too small to show them");
+  }
   const int width = frame.width_px(), height = frame.height_px();
   // Tiles of the picture behind which about as many pixels of the scan lie as in one of its own.
-  const int side = std::clamp(static_cast<int>(256 * frame.scale()), 16, 512);
+  const int side = std::clamp(static_cast<int>(512 * frame.scale()), 16, 512);
   const PixelBounds lines = renderer.scan_rect({0, 0, width, height});
   const SilverRows silver(job.silver, lines.y0, std::max(lines.y1, lines.y0 + 1));
   const int n_tiles_x = (width + side - 1) / side;
@@ -153,8 +159,9 @@ ReconstructionReport reconstruct(const LineSource& source, const Registration& r
   report.height_px = frame.height_px();
   report.turned_deg = frame.turned_deg();
   sink.begin(frame.width_px(), frame.height_px());
-  const Counts counts =
-      frame.is_scan() ? render_scan(job) : render_frame(job, frame, registration.map);
+  const Counts counts = frame.is_scan()
+                            ? render_scan(job)
+                            : render_frame(job, frame, registration.map, report.skipped);
   if (stop.stop_requested()) return report;
   report.seconds_render = seconds_since(start) - report.seconds_sharpness;
   sink.end();

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "core/base/check.h"
 #include "core/base/float4.h"
 #include "core/reconstruct/cubic_weights.h"
 #include "core/reconstruct/silver_ratio.h"
@@ -225,7 +226,8 @@ void TileRenderer::interpolate(const Planes& planes, const BlankBlocks& blank, i
 }
 
 std::size_t TileRenderer::render(const SilverRows& silver, const PixelBounds& rect, float* out,
-                                 std::ptrdiff_t row_stride) const {
+                                 std::ptrdiff_t row_stride, int step) const {
+  CHECK(step == 1 || !has_detail());
   const int reach = detail_reach_px_;
   const bool shifted = !(settings_.silver_shift_px == Vec2{});
   const PixelBounds wide = rect.grown(reach);
@@ -238,9 +240,20 @@ std::size_t TileRenderer::render(const SilverRows& silver, const PixelBounds& re
       collect(silver, blank, wide, origin, picture_at.lowest(), picture_at.highest());
   std::vector<ScreenPoint> at;
   const auto n_wide = static_cast<std::size_t>(wide.width()) * kPixelFloats;
-  const auto n_row = static_cast<std::size_t>(rect.width()) * kPixelFloats;
-  std::vector<float> picture(n_row * static_cast<std::size_t>(rect.height()));
-  if (reach == 0) {
+  const int n_columns = (rect.width() + step - 1) / step,
+            n_rows = (rect.height() + step - 1) / step;
+  const auto n_row = static_cast<std::size_t>(n_columns) * kPixelFloats;
+  std::vector<float> picture(n_row * static_cast<std::size_t>(n_rows));
+  if (step > 1) {
+    for (int row = 0; row < n_rows; ++row) {
+      picture_at.row(rect.y0 + row * step, at);
+      for (int x = 0; x < n_columns; ++x)
+        at[static_cast<std::size_t>(x)] = at[static_cast<std::size_t>(x * step)];
+      at.resize(static_cast<std::size_t>(n_columns));
+      interpolate(planes, {}, rect.x0, rect.y0 + row * step, at,
+                  &picture[n_row * static_cast<std::size_t>(row)]);
+    }
+  } else if (reach == 0) {
     for (int y = rect.y0; y < rect.y1; ++y) {
       picture_at.row(y, at);
       interpolate(planes, blank, rect.x0, y, at,
@@ -278,9 +291,9 @@ std::size_t TileRenderer::render(const SilverRows& silver, const PixelBounds& re
   }
   const std::array<float, 9>& m = settings_.output_from_process;
   const float* p = picture.data();
-  for (int y = 0; y < rect.height(); ++y) {
+  for (int y = 0; y < n_rows; ++y) {
     float* to = out + y * row_stride;
-    for (int x = 0; x < rect.width(); ++x, p += kPixelFloats) {
+    for (int x = 0; x < n_columns; ++x, p += kPixelFloats) {
       *to++ = m[0] * p[0] + m[1] * p[1] + m[2] * p[2];
       *to++ = m[3] * p[0] + m[4] * p[1] + m[5] * p[2];
       *to++ = m[6] * p[0] + m[7] * p[1] + m[8] * p[2];

@@ -36,10 +36,13 @@ class TileRenderer {
 
   // How far around a tile the silver must be known.
   [[nodiscard]] int reach_px() const { return element_reach_px_ + ElementKernels::kRadius + 2; }
+  // Whether a picture has more in it than what lies between elements.
+  [[nodiscard]] bool has_detail() const { return detail_reach_px_ > 0; }
   // Writes the pixels of the rectangle, [row][pixel][3], `row_stride` floats from row to row.
-  // Returns how many of them were not made because the place is blank.
+  // Returns how many of them were not made because the place is blank. `step`: of every so many
+  // pixels and rows from the rectangle's corner on only the first; 1 where there is detail.
   std::size_t render(const SilverRows& silver, const PixelBounds& rect, float* out,
-                     std::ptrdiff_t row_stride) const;
+                     std::ptrdiff_t row_stride, int step = 1) const;
 
  private:
   static constexpr std::size_t kPixelFloats = 4;  // R G B and one unused, while a tile is at work

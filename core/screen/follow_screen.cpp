@@ -339,10 +339,11 @@ class Follower {
   static double moved_px(const std::vector<PhaseSample>& samples, const ScreenMap& from,
                          const ScreenMap& to) {
     double sum = 0;
+    const Mat2 px_of_periods = from.linear().inverse();
     for (const PhaseSample& sample : samples) {
       const Vec2 p = sample.p_in_scan;
-      const Vec2 px = from.jacobian(p).inverse() *
-                      (to.smooth_screen_from_scan(p) - from.smooth_screen_from_scan(p));
+      const Vec2 px =
+          px_of_periods * (to.smooth_screen_from_scan(p) - from.smooth_screen_from_scan(p));
       sum += dot(px, px);
     }
     return std::sqrt(sum / std::max(1.0, static_cast<double>(samples.size())));

@@ -11,6 +11,15 @@
 namespace reseau {
 namespace {
 
+// Two doubles that the compiler keeps in one register.
+using Double2 = double __attribute__((vector_size(16)));
+Double2 load2(const double* from) {
+  Double2 v;
+  std::memcpy(&v, from, sizeof v);
+  return v;
+}
+void store2(double* to, Double2 v) { std::memcpy(to, &v, sizeof v); }
+
 struct Basis {
   std::array<double, 4> x, y;
   int i = 0, j = 0;
@@ -117,20 +126,9 @@ struct LevelData {
       total += weights[s];
       ++n;
       const Basis& basis = places[s];
-      for (int j = 0; j < 4; ++j) {
-        for (int i = 0; i < 4; ++i) {
-          const double w = weights[s] * basis.x[static_cast<std::size_t>(i)] *
-                           basis.y[static_cast<std::size_t>(j)];
-          const std::size_t row = index(basis.i + i, basis.j + j);
-          right[row] += w * residual[s];
-          double* coupled = &matrix[row * kCoupled + place(-i, -j)];
-          for (std::size_t q = 0; q < 4; ++q) {
-            for (std::size_t p = 0; p < 4; ++p)
-              coupled[q * kSide + p] += w * basis.x[p] * basis.y[q];
-          }
-        }
-      }
+      add(basis, weights[s], residual[s]);
     }
+    mirror();
     // One sample per node spreads a sixteenth or so of its weight on the diagonal.
     unit = n > 0 ? total / static_cast<double>(n) * 0.05 : 1;
   }
@@ -160,6 +158,41 @@ struct LevelData {
   std::vector<double> matrix;  // [node][neighbour]
   std::vector<double> right;
   double unit = 1;
+
+ private:
+  // One sample, in the half of the matrix where neighbours are in the same row of nodes or below.
+  void add(const Basis& basis, double weight, double value) {
+    std::array<Double2, 8> product;  // of node and node of a sample's 4 x 4
+    for (std::size_t j = 0; j < 4; ++j) {
+      product[2 * j] = basis.y[j] * load2(&basis.x[0]);
+      product[2 * j + 1] = basis.y[j] * load2(&basis.x[2]);
+    }
+    for (int j = 0; j < 4; ++j) {
+      for (int i = 0; i < 4; ++i) {
+        const double w =
+            weight * basis.x[static_cast<std::size_t>(i)] * basis.y[static_cast<std::size_t>(j)];
+        const std::size_t row = index(basis.i + i, basis.j + j);
+        right[row] += w * value;
+        double* coupled = &matrix[row * kCoupled + place(-i, 0)];
+        for (auto q = static_cast<std::size_t>(j); q < 4; ++q, coupled += kSide) {
+          store2(coupled, load2(coupled) + w * product[2 * q]);
+          store2(coupled + 2, load2(coupled + 2) + w * product[2 * q + 1]);
+        }
+      }
+    }
+  }
+  // The other half: what couples with a node couples the node with it.
+  void mirror() {
+    for (int j = 0; j < ny; ++j) {
+      for (int i = 0; i < nx; ++i) {
+        double* row = &matrix[index(i, j) * kCoupled];
+        for (int dj = std::max(-kReach, -j); dj < 0; ++dj) {
+          for (int di = std::max(-kReach, -i); di <= std::min(kReach, nx - 1 - i); ++di)
+            row[place(di, dj)] = matrix[index(i + di, j + dj) * kCoupled + place(-di, -dj)];
+        }
+      }
+    }
+  }
 };
 
 // The same with a stiffness, laid out so that eight nodes side by side are worked on together:
@@ -228,13 +261,6 @@ class LevelSystem {
 
  private:
   static constexpr int kAtOnce = 8;
-  // Two doubles that the compiler keeps in one register.
-  using Double2 = double __attribute__((vector_size(16)));
-  static Double2 load2(const double* from) {
-    Double2 v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-  }
 
   [[nodiscard]] std::size_t vector_size() const {
     return static_cast<std::size_t>(stride_) *

@@ -34,8 +34,10 @@ class Frames : public testing::Test {
     delete scan_;
   }
 
-  static test::MemorySink render(const FrameChoice& frame, Quality quality, int n_threads) {
+  static test::MemorySink render(const FrameChoice& frame, Quality quality, int n_threads,
+                                 bool exact = false) {
     ReconstructOptions options;
+    options.exact = exact;
     options.frame = frame;
     options.quality = quality;
     options.n_threads = n_threads;
@@ -113,8 +115,30 @@ TEST_F(Frames, ShowWhatTheWholeShows) {
 
 TEST_F(Frames, AreTheSameForAnyThreads) {
   for (const Quality quality : {Quality::kDraft, Quality::kBest}) {
-    const FrameChoice choice{Geometry::kScreen, 0.7, std::nullopt};
-    EXPECT_EQ(render(choice, quality, 1).rgb, render(choice, quality, 3).rgb);
+    for (const FrameChoice& choice : {FrameChoice{Geometry::kScreen, 0.7, std::nullopt},
+                                      FrameChoice{Geometry::kScan, 0.2, std::nullopt}})
+      EXPECT_EQ(render(choice, quality, 1).rgb, render(choice, quality, 3).rgb);
+  }
+}
+
+// A preview is made of fewer pixels than the scan has, and shows what all of them would.
+TEST_F(Frames, PreviewsLeaveOutWhatTheyCannotShow) {
+  for (const Geometry geometry : {Geometry::kScan, Geometry::kScreen}) {
+    for (const double scale : {0.25, 0.1}) {
+      const FrameChoice choice{geometry, scale, std::nullopt};
+      const test::MemorySink quick = render(choice, Quality::kStandard, 0),
+                             exact = render(choice, Quality::kStandard, 0, true);
+      ASSERT_EQ(quick.rgb.size(), exact.rgb.size());
+      EXPECT_NE(quick.rgb, exact.rgb);
+      double sum = 0;
+      for (std::size_t i = 0; i < exact.rgb.size(); ++i) {
+        const double e = double{quick.rgb[i]} - double{exact.rgb[i]};
+        sum += e * e;
+      }
+      const double rms = std::sqrt(sum / static_cast<double>(exact.rgb.size()));
+      fmt::print("{} of the size: {:.5f} rms\n", scale, rms);
+      EXPECT_LT(rms, 0.003);
+    }
   }
 }
 
