@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/reconstruct/live_registration.h"
+#include "core/reconstruct/pattern_evidence.h"
 #include "core/reconstruct/reconstruct.h"
 #include "core/reconstruct/registration_summary.h"
 #include "core/screen/cell_moments.h"
@@ -306,7 +307,7 @@ class Tracker {
     if (!result.found) result.confidence = std::min(result.confidence, 0.49);
     result.none_probability = 1 - std::min(result.confidence, 1 - 1e-6);
     if (result.found) {
-      describe_names(result, seed);
+      describe_names(result, seed, patterns_of(result, seed));
       take_by_hand(result, seed);
     } else if (!coarse.empty()) {
       result.reason = coarse;
@@ -317,6 +318,14 @@ class Tracker {
           "No réseau was found: a weak repeating pattern is there, but it does not hold together "
           "over the picture.";
     }
+  }
+
+  [[nodiscard]] std::vector<PatternEvidence> patterns_of(const Registration& result,
+                                                         const LatticeSeed& seed) const {
+    if (seed.grey) return {};
+    return pattern_evidence(source_, options_.tone, result.map,
+                            std::max(result.period_px[0], result.period_px[1]), seed.layout,
+                            seed.special_color);
   }
 
   // Whether the two like elements differ by some part of what all three do.

@@ -60,11 +60,13 @@ void describe_certainty(Registration& result, const Mat2& mean) {
   result.angle_sd_deg = across(v, sd_v) / norm(v) * 180 / std::numbers::pi;
 }
 
-void describe_names(Registration& result, const LatticeSeed& seed) {
+void describe_names(Registration& result, const LatticeSeed& seed,
+                    const std::vector<PatternEvidence>& patterns) {
   const std::vector<ScreenGuess> guesses = name_screen(
       {seed.layout, seed.grey ? -1 : seed.special_color, seed.explained, seed.other_explained,
        result.lines_alone ? result.period_um[1]
-                          : std::sqrt(result.period_um[0] * result.period_um[1])});
+                          : std::sqrt(result.period_um[0] * result.period_um[1]),
+       patterns});
   const double some = 1 - result.none_probability;
   result.screen = guesses[0].name;
   result.screen_probability = some * guesses[0].probability;

@@ -13,7 +13,8 @@ Mat2 describe_lattice(Registration& result, const LineFormat& format, int n_line
 // Of the mean plane, from result.uncertainty.
 void describe_certainty(Registration& result, const Mat2& mean);
 // Screen and runner-up, with probabilities, from result.none_probability and the periods.
-void describe_names(Registration& result, const LatticeSeed& seed);
+void describe_names(Registration& result, const LatticeSeed& seed,
+                    const std::vector<PatternEvidence>& patterns = {});
 // Whether a map folds, or stretches the film threefold somewhere: then it is lost there.
 [[nodiscard]] bool folds(const ScreenMap& map, const Mat2& mean, const LineFormat& format);
 

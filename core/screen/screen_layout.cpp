@@ -75,7 +75,7 @@ struct Made {
 };
 
 // Priors among screens that only the period tells apart: about how often one meets them.
-constexpr std::array<Made, 8> kMade{
+constexpr std::array<Made, 11> kMade{
     {{ScreenKind::kDufaycolor, ScreenLayout::kLinesAndSquares, kRedElement, 1},
      {ScreenKind::kSpicerDufayBlue, ScreenLayout::kLinesAndSquares, kBlueElement, 0.2},
      {ScreenKind::kOmnicolore, ScreenLayout::kLinesAndSquares, kBlueElement, 0.45},
@@ -83,10 +83,9 @@ constexpr std::array<Made, 8> kMade{
      {ScreenKind::kDioptichrome, ScreenLayout::kLinesAndSquares, kGreenElement, 0.8},
      {ScreenKind::kSpicerDufayGreen, ScreenLayout::kLinesAndSquares, kGreenElement, 0.2},
      {ScreenKind::kPaget, ScreenLayout::kTwoSites, kBlueElement, 0.5},
-     {ScreenKind::kFinlay, ScreenLayout::kTwoSites, kBlueElement, 0.3}}};
-constexpr Made kThamesMade{ScreenKind::kThames, ScreenLayout::kTwoSites, kBlueElement, 0.2};
-constexpr std::array<Made, 2> kLinesMade{
-    {{ScreenKind::kJoly, ScreenLayout::kLines, kRedElement, 0.3},
+     {ScreenKind::kFinlay, ScreenLayout::kTwoSites, kBlueElement, 0.3},
+     {ScreenKind::kThames, ScreenLayout::kTwoSites, kBlueElement, 0.2},
+     {ScreenKind::kJoly, ScreenLayout::kLines, kRedElement, 0.3},
      {ScreenKind::kWarnerPowrie, ScreenLayout::kLines, kRedElement, 0.2}}};
 
 }  // namespace
@@ -141,13 +140,19 @@ std::array<int, 3> site_colors(ScreenLayout layout, int special_color) {
   return {special_color, first, second};
 }
 
+std::vector<ScreenKind> kinds_of(ScreenLayout layout, int special_color) {
+  std::vector<ScreenKind> kinds;
+  for (const Made& screen : kMade) {
+    if (screen.layout == layout && (special_color < 0 || screen.special_color == special_color))
+      kinds.push_back(screen.kind);
+  }
+  return kinds;
+}
+
 std::vector<ScreenGuess> name_screen(const ScreenEvidence& evidence) {
-  std::vector<Made> made(kMade.begin(), kMade.end());
-  made.push_back(kThamesMade);
-  made.insert(made.end(), kLinesMade.begin(), kLinesMade.end());
   std::vector<ScreenGuess> guesses;
   double total = 0;
-  for (const Made& screen : made) {
+  for (const Made& screen : kMade) {
     double weight = screen.prior;
     // A share of one hundredth more that is explained is e^0.6 in favour.
     if (screen.layout != evidence.layout)
@@ -160,6 +165,9 @@ std::vector<ScreenGuess> name_screen(const ScreenEvidence& evidence) {
     if (evidence.period_um > 0) {
       const double off = std::log(evidence.period_um / usual_sizes(screen.kind).period_um.y) / 0.15;
       weight *= 1e-3 + std::exp(-0.5 * off * off);
+    }
+    for (const PatternEvidence& pattern : evidence.patterns) {
+      if (pattern.kind == screen.kind) weight *= std::exp(pattern.log_likelihood);
     }
     guesses.push_back({screen_names()[static_cast<std::size_t>(screen.kind)].name, weight});
     total += weight;

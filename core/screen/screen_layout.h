@@ -53,14 +53,24 @@ struct ScreenGuess {
   double probability = 0;
 };
 
+// What the elements of a screen say of a scan, against those of the screen that fits best.
+struct PatternEvidence {
+  ScreenKind kind{};
+  double log_likelihood = 0;  // of the best: 0
+};
+
 // What a search found.
 struct ScreenEvidence {
   ScreenLayout layout = ScreenLayout::kLinesAndSquares;
   int special_color = 0;  // -1 = not known
   // Share of what alternates that the layout explains, and the most that another one does.
   double explained = 0, other_explained = 0;
-  double period_um = 0;  // 0 = unknown
+  double period_um = 0;                   // 0 = unknown
+  std::vector<PatternEvidence> patterns{};  // of some screens, or none
 };
+
+// The screens that were made in a layout with an odd colour; -1 = any.
+[[nodiscard]] std::vector<ScreenKind> kinds_of(ScreenLayout layout, int special_color);
 
 // The screens that were made, most probable first, all with the evidence for a réseau at all taken
 // for granted; sums to one. Never empty.

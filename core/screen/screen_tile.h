@@ -4,6 +4,7 @@
 
 #include <array>
 #include <complex>
+#include <optional>
 
 #include "core/geometry/vec2.h"
 #include "core/screen/cell_moments.h"
@@ -34,5 +35,32 @@ struct ScreenTile {
 // Least squares of 1, x, y and the harmonics in a Hann-windowed tile; S is plane 3 of the rows.
 [[nodiscard]] ScreenTile measure_screen_tile(const LinearRows& rows, int x0, int size,
                                              const ScreenMap& map);
+
+// Enough of them to tell shapes of elements apart whatever the blur.
+inline constexpr std::array<HarmonicIndex, 14> kShapeHarmonics{{{1, 0},
+                                                                {0, 1},
+                                                                {1, 1},
+                                                                {1, -1},
+                                                                {2, 0},
+                                                                {0, 2},
+                                                                {2, 1},
+                                                                {2, -1},
+                                                                {1, 2},
+                                                                {1, -2},
+                                                                {2, 2},
+                                                                {2, -2},
+                                                                {3, 0},
+                                                                {0, 3}}};
+struct ShapeTile {
+  // Per channel R G B: the mean, then the even amplitudes of kShapeHarmonics; 0 for those that are
+  // not sampled.
+  std::array<std::array<double, 1 + kShapeHarmonics.size()>, 3> amplitude{};
+};
+// The same least squares. Empty where a tile is dark or lost.
+[[nodiscard]] std::optional<ShapeTile> measure_shape_tile(const LinearRows& rows, int x0, int size,
+                                                          const ScreenMap& map);
+
+// Whether the pixels hold a harmonic. frequency: the transposed Jacobian of the map.
+[[nodiscard]] bool is_sampled(const Mat2& frequency, HarmonicIndex harmonic);
 
 }  // namespace reseau
