@@ -136,27 +136,28 @@ void FilmStrip::silver_row(double y, double x0, const RgbRow& out) const {
     for (const std::span<float> band : {out.r, out.g, out.b}) std::ranges::fill(band, 1.0F);
     return;
   }
-  exposure(y, x0, 0, out);
+  exposure(y, x0, 0, false, out);
   for (const std::span<float> band : {out.r, out.g, out.b}) hd_.apply(band);
 }
 
-void FilmStrip::exposure_cells(double y, double x0, double side_px, const RgbRow& out) const {
-  exposure(y, x0, side_px, out);
+void FilmStrip::exposure_cells(double y, double x0, double side_px, const RgbRow& out,
+                               bool tents) const {
+  exposure(y, x0, side_px, tents, out);
 }
 
-void FilmStrip::exposure(double y, double x0, double side_px, const RgbRow& out) const {
+void FilmStrip::exposure(double y, double x0, double side_px, bool tents, const RgbRow& out) const {
   if (!spec_.mirrored) {
     const FilmPoint p = film_from_scan(x0, y);
-    exposure_in_film(p.y, p.x, side_px, out);
+    exposure_in_film(p.y, p.x, side_px, tents, out);
     return;
   }
   const double step = side_px == 0 ? 1.0 : side_px;
   const FilmPoint last = film_from_scan(x0 + (static_cast<double>(out.r.size()) - 1) * step, y);
-  exposure_in_film(last.y, last.x, side_px, out);
+  exposure_in_film(last.y, last.x, side_px, tents, out);
   for (const std::span<float> band : {out.r, out.g, out.b}) std::ranges::reverse(band);
 }
 
-void FilmStrip::exposure_in_film(double film_y, double film_x0, double side_px,
+void FilmStrip::exposure_in_film(double film_y, double film_x0, double side_px, bool tents,
                                  const RgbRow& out) const {
   const int frame = frame_at(film_y);
   const double local_y = film_y - static_cast<double>(frame) * spec_.frame.height_px;
@@ -164,11 +165,13 @@ void FilmStrip::exposure_in_film(double film_y, double film_x0, double side_px,
   const double x0 = film_x0 - margin_px_ - spec_.frame.outside_px;
   if (side_px == 0) {
     scene.row(local_y - margin_px_, x0, out);
+  } else if (tents) {
+    scene.tents(local_y - margin_px_, x0, side_px, out);
   } else {
     scene.cells(local_y - margin_px_, x0, side_px, out);
   }
   if (!taking_.is_identity && !scene.is_filtered()) apply_taking(out);
-  apply_frame(local_y, film_x0, side_px, out);
+  apply_frame(local_y, film_x0, side_px, tents, out);
 }
 
 void FilmStrip::apply_taking(const RgbRow& out) const {
@@ -185,7 +188,7 @@ void FilmStrip::apply_taking(const RgbRow& out) const {
   }
 }
 
-void FilmStrip::apply_frame(double local_y, double film_x0, double side_px,
+void FilmStrip::apply_frame(double local_y, double film_x0, double side_px, bool tents,
                             const RgbRow& out) const {
   const FrameSpec& frame = spec_.frame;
   if (margin_px_ == 0) return;
@@ -200,13 +203,14 @@ void FilmStrip::apply_frame(double local_y, double film_x0, double side_px,
     float film, picture;  // not rebate; not border either
   };
   // Between two sides, the mean over a cell from the values at three places.
+  const float bend = tents ? 1.0F / 12 : 1.0F / 24;
   const auto between = [&](double from_begin, double from_end, double cell_px) {
     const auto weight = [&](double d) {
       if (std::abs(d) > kFrameEdgePx / 2 + cell_px) return d > 0 ? 1.0F : 0.0F;
       const auto at = [](double e) { return edge_weight(e); };
       const float here = at(d);
       if (cell_px == 0) return here;
-      return here + (at(d - cell_px) + at(d + cell_px) - 2 * here) / 24;
+      return here + (at(d - cell_px) + at(d + cell_px) - 2 * here) * bend;
     };
     const float film = frame.rebate_px > 0 ? weight(from_begin - frame.rebate_px) *
                                                  weight(from_end - frame.rebate_px)

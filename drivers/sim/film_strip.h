@@ -28,8 +28,10 @@ class FilmStrip {
   void silver_row(double y, double x0, const RgbRow& out) const;
   [[nodiscard]] std::array<double, 3> silver_at(double x, double y) const;
   // Exposure behind red, green and blue elements, mean over the squares of `side_px` (at most 1)
-  // centred at scan positions (x0 + i * side_px, y). Rebate and border are exposures too.
-  void exposure_cells(double y, double x0, double side_px, const RgbRow& out) const;
+  // centred at scan positions (x0 + i * side_px, y). Rebate and border are exposures too. tents:
+  // over those (CellRow).
+  void exposure_cells(double y, double x0, double side_px, const RgbRow& out,
+                      bool tents = false) const;
   [[nodiscard]] const HdCurve& hd_curve() const { return hd_; }
   // True when pixels are too coarse for the scene: silver_row() then gives means over pixels.
   [[nodiscard]] bool has_fine_detail() const { return scenes_.front()->has_fine_detail(); }
@@ -59,11 +61,13 @@ class FilmStrip {
  private:
   [[nodiscard]] int frame_at(double film_y) const;
   // side_px 0: a row of pixels by Scene::row().
-  void exposure_in_film(double film_y, double film_x0, double side_px, const RgbRow& out) const;
+  void exposure_in_film(double film_y, double film_x0, double side_px, bool tents,
+                        const RgbRow& out) const;
   void apply_taking(const RgbRow& out) const;
-  void apply_frame(double local_y, double film_x0, double side_px, const RgbRow& out) const;
+  void apply_frame(double local_y, double film_x0, double side_px, bool tents,
+                   const RgbRow& out) const;
   [[nodiscard]] std::array<double, 3> silver_of(const std::array<double, 3>& light) const;
-  void exposure(double y, double x0, double side_px, const RgbRow& out) const;
+  void exposure(double y, double x0, double side_px, bool tents, const RgbRow& out) const;
 
   FilmSpec spec_;
   Taking taking_;

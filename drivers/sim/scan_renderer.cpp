@@ -114,7 +114,9 @@ int cells_used(const Film& film, const OpticsSpec& optics, int pitch, bool full)
   while (cells < kMost && choose_grid(cells, transfers).per_px == cells) cells += 2;
   if (cells == kFewest && edge_error(spread_px2, cells, edges, tents) > kFullError / 2) cells = 8;
   while (cells < kAligned && edge_error(spread_px2, cells, edges, tents) > kFullError) cells *= 2;
-  if (edge_error(spread_px2, cells, edges, tents) > kFullError) cells = kMostAligned;
+  if (cells < kMostAligned && edge_error(spread_px2, cells, edges, tents) > kFullError) {
+    cells = kMostAligned;
+  }
   return cells;
 }
 

@@ -1,5 +1,7 @@
 #include "drivers/sim/scene.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -22,6 +24,25 @@ void Scene::cells(double y, double x0, double side_px, const RgbRow& out) const 
     const auto w = static_cast<float>(x - static_cast<double>(left));
     for (std::size_t k = 0; k < 3; ++k) {
       to[k][i] = from[k][left] + w * (from[k][left + 1] - from[k][left]);
+    }
+  }
+}
+
+// A tent is the mean of the cells around: of four, by Gauss's rule.
+void Scene::tents(double y, double x0, double side_px, const RgbRow& out) const {
+  thread_local std::vector<float> scratch;
+  const std::size_t n = out.r.size();
+  scratch.resize(3 * n);
+  const RgbRow even{{scratch.data(), n}, {scratch.data() + n, n}, {scratch.data() + 2 * n, n}};
+  const std::array<std::span<float>, 3> from{even.r, even.g, even.b}, to{out.r, out.g, out.b};
+  for (const std::span<float> band : to) std::ranges::fill(band, 0.0F);
+  const double off = side_px * std::sqrt(1.0 / 12);
+  for (const double down : {-off, off}) {
+    for (const double across : {-off, off}) {
+      cells(y + down, x0 + across, side_px, even);
+      for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t i = 0; i < n; ++i) to[k][i] += 0.25F * from[k][i];
+      }
     }
   }
 }

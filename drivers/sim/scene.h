@@ -44,6 +44,8 @@ class Scene {
   // out[i] = mean exposure over the square of `side_px` (at most 1) centred at
   // (x0 + i * side_px, y). Unless overridden: row(), interpolated linearly.
   virtual void cells(double y, double x0, double side_px, const RgbRow& out) const;
+  // The same over tents (CellRow) of that side. Unless overridden: the mean of four cells around.
+  virtual void tents(double y, double x0, double side_px, const RgbRow& out) const;
   // True when row() is too coarse for what lies behind an element: then cells() is overridden.
   [[nodiscard]] virtual bool has_fine_detail() const { return false; }
   // Frequency up to which the scene has detail of its own within x0 .. x1 at height y [cycles/px];

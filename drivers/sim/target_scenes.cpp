@@ -44,15 +44,29 @@ class ZoneScene final : public FineScene {
         per_px_(finest / (std::min(width_px, height_px) / 2)) {}
 
   void cells(double y, double x0, double side_px, const RgbRow& out) const override {
+    means(y, x0, side_px, 0, out);
+  }
+  // A tent is the mean of the cells around: along either axis of two, by Gauss's rule.
+  void tents(double y, double x0, double side_px, const RgbRow& out) const override {
+    means(y, x0, side_px, side_px * std::sqrt(1.0 / 12), out);
+  }
+
+  // Of cells so far to both sides.
+  void means(double y, double x0, double side_px, double off_px, const RgbRow& out) const {
     // The phase is a sum of one part in x and one in y: so is the exponent's mean a product.
     struct Across {
-      std::array<double, 4> made_for{};
+      std::array<double, 5> made_for{};
       std::vector<std::complex<double>> wave;
     };
     thread_local std::array<Across, 8> kept;  // rows are asked for at a few places in turn
     thread_local std::size_t oldest = 0;
-    const std::array<double, 4> wanted{per_px_, x0 - cx_, side_px,
+    const std::array<double, 5> wanted{per_px_, x0 - cx_, side_px, off_px,
                                        static_cast<double>(out.r.size())};
+    const auto mean = [&](double t) {
+      return off_px == 0
+                 ? mean_of_chirp(t, side_px)
+                 : 0.5 * (mean_of_chirp(t - off_px, side_px) + mean_of_chirp(t + off_px, side_px));
+    };
     auto found = std::ranges::find(kept, wanted, &Across::made_for);
     const bool known = found != kept.end();
     if (!known) found = kept.begin() + static_cast<std::ptrdiff_t>(oldest++ % kept.size());
@@ -61,10 +75,10 @@ class ZoneScene final : public FineScene {
       found->made_for = wanted;
       across.resize(out.r.size());
       for (std::size_t i = 0; i < across.size(); ++i) {
-        across[i] = mean_of_chirp(x0 + static_cast<double>(i) * side_px - cx_, side_px);
+        across[i] = mean(x0 + static_cast<double>(i) * side_px - cx_);
       }
     }
-    const std::complex<double> down = mean_of_chirp(y - cy_, side_px);
+    const std::complex<double> down = mean(y - cy_);
     for (std::size_t i = 0; i < out.r.size(); ++i) {
       const double wave = down.real() * across[i].real() - down.imag() * across[i].imag();
       out.r[i] = out.g[i] = out.b[i] = static_cast<float>(kMean + kAmplitude * wave);
@@ -109,16 +123,25 @@ class StarScene final : public FineScene {
         disc_px_(std::max(spokes / (2 * std::numbers::pi * kFinest), 1.0)) {}
 
   void cells(double y, double x0, double side_px, const RgbRow& out) const override {
+    means(y, x0, side_px, false, out);
+  }
+  void tents(double y, double x0, double side_px, const RgbRow& out) const override {
+    means(y, x0, side_px, true, out);
+  }
+
+  // The transfer function of a tent is that of a cell, squared.
+  void means(double y, double x0, double side_px, bool tents, const RgbRow& out) const {
     // Beyond this radius spokes are straight over a cell and coarse against it, and have begun.
     const double dy = y - cy_;
     const double straight = side_px * std::sqrt(spokes_ / (8 * kLargestCurvature));
     const double coarse = spokes_ * side_px / (2 * std::sqrt(kShort));
     const double far = std::max({disc_px_ * (1 + kFade) + 2 * side_px, straight, coarse});
     const double half = std::sqrt(std::max(far * far - dy * dy, 0.0));
+    const double off = tents ? side_px * std::sqrt(1.0 / 12) : 0;
     const std::size_t n = out.r.size();
     for (std::size_t i = 0; i < n; i += kChunk) {
       const std::span<float> to = out.r.subspan(i, std::min(kChunk, n - i));
-      far_waves(x0 + static_cast<double>(i) * side_px - cx_, dy, side_px, to);
+      far_waves(x0 + static_cast<double>(i) * side_px - cx_, dy, side_px, tents, to);
     }
     const auto cell_at = [&](double dx) {
       const double at = std::ceil((cx_ + dx - x0) / side_px);
@@ -126,7 +149,16 @@ class StarScene final : public FineScene {
     };
     for (std::size_t i = cell_at(-half), end = cell_at(half); i < end; ++i) {
       const double dx = x0 + static_cast<double>(i) * side_px - cx_;
-      const double wave = mean_wave(dx, dy, side_px, kDeepest);
+      double wave = 0;
+      if (tents) {
+        for (const double x : {dx - off, dx + off}) {
+          for (const double down : {dy - off, dy + off}) {
+            wave += 0.25 * mean_wave(x, down, side_px, kDeepest);
+          }
+        }
+      } else {
+        wave = mean_wave(dx, dy, side_px, kDeepest);
+      }
       out.r[i] = static_cast<float>(kMean + kAmplitude * wave);
     }
     std::ranges::copy(out.r, out.g.begin());
@@ -145,7 +177,7 @@ class StarScene final : public FineScene {
   static constexpr std::size_t kChunk = 256;
   // mean_wave() where nothing has to be divided, of at most kChunk cells. The cosine of so many
   // times an angle is the real part of a power, which squaring makes.
-  void far_waves(double dx0, double dy, double side, std::span<float> out) const {
+  void far_waves(double dx0, double dy, double side, bool tents, std::span<float> out) const {
     std::array<double, kChunk> a{}, b{}, x{}, y{}, softened{}, per_r{};
     const std::size_t n = out.size();
     const double waves = spokes_ * side / 2;  // x pi: phase of a cell's side at distance 1
@@ -160,7 +192,8 @@ class StarScene final : public FineScene {
         a[i] = dx * per_r[i];
         b[i] = dy * per_r[i];
         const double over_x = waves * a[i] * per_r[i], over_y = waves * b[i] * per_r[i];
-        softened[i] = short_sinc(over_x * over_x) * short_sinc(over_y * over_y);
+        const double once = short_sinc(over_x * over_x) * short_sinc(over_y * over_y);
+        softened[i] = tents ? once * once : once;
         x[i] = 1;
         y[i] = 0;
       }
@@ -239,10 +272,19 @@ class EdgesScene final : public FineScene {
         across_y_(-std::sin(angle_deg * std::numbers::pi / 180)) {}
 
   void cells(double y, double x0, double side_px, const RgbRow& out) const override {
+    means(y, x0, side_px, EdgeRamp(across_x_ * side_px, across_y_ * side_px), 1.0F / 24, out);
+  }
+  void tents(double y, double x0, double side_px, const RgbRow& out) const override {
+    const EdgeRamp ramp = EdgeRamp::tent(across_x_ * side_px, across_y_ * side_px);
+    means(y, x0, side_px, ramp, 1.0F / 12, out);
+  }
+
+  // Over cells that see the border so, and from second differences the ends of a field.
+  void means(double y, double x0, double side_px, const EdgeRamp& ramp, float bend,
+             const RgbRow& out) const {
     const int field_row = std::clamp(static_cast<int>(std::floor(y / field_h_)), 0, kRows - 1);
     const double centre_y = (field_row + 0.5) * field_h_;
-    const float wy = window(y - field_row * field_h_, field_h_, side_px);
-    const EdgeRamp ramp(across_x_ * side_px, across_y_ * side_px);
+    const float wy = window(y - field_row * field_h_, field_h_, side_px, bend);
     const std::array<std::span<float>, 3> bands{out.r, out.g, out.b};
     const std::size_t n = out.r.size();
     std::size_t begin = 0;
@@ -278,7 +320,7 @@ class EdgesScene final : public FineScene {
       // The ends of the field are soft.
       const auto soft = [&](std::size_t i) {
         const double local_x = left + static_cast<double>(i) * side_px;
-        const float w = window(local_x, field_w_, side_px);
+        const float w = window(local_x, field_w_, side_px, bend);
         for (std::size_t k = 0; k < 3 && w != 1; ++k) {
           bands[k][i] = kGround + w * (bands[k][i] - kGround);
         }
@@ -330,7 +372,7 @@ class EdgesScene final : public FineScene {
     return static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column);
   }
   // Mean over a cell, from its value at three places.
-  static float window(double local_px, double field_px, double side_px) {
+  static float window(double local_px, double field_px, double side_px, float bend) {
     const double ends =
         std::min(local_px - kMargin * field_px, (1 - kMargin) * field_px - local_px);
     if (ends > kFieldEdgePx / 2.0 + side_px) return 1;
@@ -341,7 +383,7 @@ class EdgesScene final : public FineScene {
     };
     const float here = at(local_px);
     if (here == 1 && at(local_px - side_px) == 1 && at(local_px + side_px) == 1) return 1;
-    return here + (at(local_px - side_px) + at(local_px + side_px) - 2 * here) / 24;
+    return here + (at(local_px - side_px) + at(local_px + side_px) - 2 * here) * bend;
   }
   double field_w_, field_h_, angle_deg_;
   double across_x_, across_y_;  // unit vector from left to right

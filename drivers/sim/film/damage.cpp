@@ -139,7 +139,8 @@ bool Damage::local(double y, double x0, double step_px, const Local& out) const 
 
 void Damage::draw(const Mark& mark, double y, double x0, double step_px, const Local& out) const {
   const double dy = y - mark.y;
-  double centre = mark.x, reach = mark.half_height;
+  double centre = mark.x;
+  double reach = std::sqrt(std::max(mark.half_height * mark.half_height - dy * dy, 0.0));
   const bool scratch = mark.kind == Kind::kBaseScratch || mark.kind == Kind::kEmulsionScratch;
   if (scratch) {
     std::array<float, 1> sway{};
@@ -164,19 +165,23 @@ void Damage::draw(const Mark& mark, double y, double x0, double step_px, const L
     switch (mark.kind) {
       case Kind::kDust: {
         const double p = dx * c + dy * s, q = dy * c - dx * s;
-        const double r = std::hypot(p / mark.a, q / mark.b);
-        darken(soft_inside((1 - r) * mark.b));
+        const double r2 = p * p / (mark.a * mark.a) + q * q / (mark.b * mark.b);
+        const double ends = 1 + kEdgePx / mark.b;
+        if (r2 < ends * ends) darken(soft_inside((1 - std::sqrt(r2)) * mark.b));
         break;
       }
       case Kind::kHair: {
-        const double r = std::hypot(dx, dy);
+        const double r2 = dx * dx + dy * dy, wide = mark.b + kEdgePx;
+        const double least = std::max(mark.a - wide, 0.0);
+        if (r2 < least * least || r2 > (mark.a + wide) * (mark.a + wide)) break;
+        const double r = std::sqrt(r2);
         // An arc with soft ends.
         const float part = soft_inside(dx * c + dy * s - 0.3 * mark.a);
         darken(part * soft_inside(mark.b - std::abs(r - mark.a)));
         break;
       }
       case Kind::kBubble: {
-        const double r = (std::hypot(dx, dy) - mark.a) / mark.b;
+        const double r = (std::sqrt(dx * dx + dy * dy) - mark.a) / mark.b;
         const double rim = std::exp(-r * r);
         constexpr double kInside = 0.15;
         darken(static_cast<float>(r < 0 ? kInside + (1 - kInside) * rim : rim));

@@ -71,6 +71,8 @@ Film::Edges edges_of(const FilmSpec& spec) {
   }
   edges.tents = farthest < kNearAxes && edges.radius_px == 0 && spec.scene != SceneKind::kRazor &&
                 spec.scene != SceneKind::kRandom;
+  // Steps of the scene meet discs at any angle.
+  if (edges.radius_px > 0 && edges.scene_contrast > 0) edges.fewest_cells = 24;
   if (edges.spreads) {
     // Silver changes within a cell together with the dyes above it: so many cells to a spread, more
     // where it is clipped behind gaps.

@@ -64,6 +64,12 @@ struct ElementPainter::Shape {
   bool tents = false;
 };
 
+// How a row is painted.
+struct ElementPainter::Painting {
+  std::vector<Shape> shapes, fine;  // of cells, of their parts
+  bool divides = false, tents = false;
+};
+
 struct ElementPainter::Cover {
   std::array<float, kBlockPx> inner{}, outer{};  // equal where nothing overlaps and nothing gapes
 };
@@ -392,7 +398,7 @@ void ElementPainter::paint_beside(const Shape& shape, const Cover& cover,
 }
 
 void ElementPainter::paint(std::vector<Shape>& shapes, const Block& block, const float* u,
-                           const float* v, float (*areas)[kBlockPx], bool* meet) const {
+                           const float* v, float (*areas)[kBlockPx], float* meet) const {
   for (std::size_t k = 0; k < sets_.size(); ++k) {
     std::fill_n(areas[k], kBlockPx, sets_[k] == 1 << description_.ground ? 1.0F : 0.0F);
   }
@@ -408,17 +414,27 @@ void ElementPainter::paint(std::vector<Shape>& shapes, const Block& block, const
   }
 }
 
-// Cells in which an edge of the shape meets another that was painted before.
+// Counts where an edge of the shape meets another that was painted before.
 void ElementPainter::find_meetings(const Cover& cover, const float (*areas)[kBlockPx],
-                                   bool* meet) const {
-  constexpr float kPart = 1e-3F;
-  for (std::size_t i = 0; i < kBlockPx; ++i) {
-    const float outer = cover.outer[i];
-    if (outer < kPart || cover.inner[i] > 1 - kPart) continue;
-    float largest = 0;
-    for (std::size_t k = 0; k < sets_.size(); ++k) largest = std::max(largest, areas[k][i]);
-    meet[i] = meet[i] || largest < 1 - kPart;
-  }
+                                   float* meet) const {
+  const float *const inner = cover.inner.data(), *const outer = cover.outer.data();
+  const std::size_t n_sets = sets_.size();
+  widest([=]() RESEAU_SIM_INLINE {
+    constexpr float kPart = 1e-3F;
+    float largest[kBlockPx] = {};
+    for (std::size_t k = 0; k < n_sets; ++k) {
+      const float* const area = areas[k];
+      for (std::size_t i = 0; i < kBlockPx; ++i) {
+        largest[i] = area[i] > largest[i] ? area[i] : largest[i];
+      }
+    }
+    float* __restrict const met = meet;
+    for (std::size_t i = 0; i < kBlockPx; ++i) {
+      const float edge = outer[i] < kPart ? 0.0F : 1.0F;
+      const float open = inner[i] > 1 - kPart ? 0.0F : edge;
+      met[i] += largest[i] < 1 - kPart ? open : 0.0F;
+    }
+  });
 }
 
 // The mean of kFine x kFine parts of the cell at (u, v), of four times as many of a tent.
@@ -459,53 +475,70 @@ ScreenGradient ElementPainter::gradient_at(double x, double y) const {
   return {(r.u - l.u) / 2, (a.u - b.u) / 2, (r.v - l.v) / 2, (a.v - b.v) / 2};
 }
 
+// Cells of a strip of pixels of a block, in the order of the place.
+void ElementPainter::paint_strip(Painting& to, const Block& block, int begin, int end,
+                                 int block_in_row, PlaneRow& out) const {
+  const int per_px = out.per_px(), n = (end - begin) * per_px;
+  const auto n_sets = static_cast<int>(sets_.size());
+  std::array<float, kBlockPx> u{}, v{};
+  float areas[kDyeSets][kBlockPx];
+  for (int first = 0; first < n; first += kBlockPx) {
+    for (int k = 0; k < kBlockPx; ++k) {
+      const int at = std::min(first + k, n - 1);
+      const auto i = static_cast<std::size_t>(k);
+      block.at(begin + at / per_px, cell_offset_px(at % per_px, per_px), node_px_, u[i], v[i]);
+    }
+    std::array<float, kBlockPx> meet{};
+    paint(to.shapes, block, u.data(), v.data(), areas, to.divides ? meet.data() : nullptr);
+    for (int k = 0; k < std::min(kBlockPx, n - first); ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      if (meet[i] > 0) divide(to.fine, block, u[i], v[i], to.tents, i, areas);
+      const int px = block_in_row + begin + (first + k) / per_px;
+      for (int set = 0; set < n_sets; ++set) {
+        out.phase(set, (first + k) % per_px)[px] = areas[set][k];
+      }
+    }
+  }
+}
+
 void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRow& out,
                            bool tents) const {
-  CHECK(first_px % kBlockPx == 0 && n_px % kBlockPx == 0 && per_px >= 1);
+  CHECK(n_px >= 1 && per_px >= 1);
   const auto n_sets = static_cast<int>(sets_.size());
   out.resize(first_px, n_px, per_px, n_sets);
   const double cell_px = 1.0 / per_px;
-  std::vector<Shape> shapes;
+  Painting to;
+  to.tents = tents;
   for (const ScreenShape& shape : description_.shapes) {
-    shapes.emplace_back(&shape, PrintingNoise(print_, mix64(seed_, shapes.size())));
+    to.shapes.emplace_back(&shape, PrintingNoise(print_, mix64(seed_, to.shapes.size())));
   }
-  std::vector<Shape> fine = shapes;  // of parts of a cell
-  const bool divides = shapes.size() > 1 || print_.overlap_um != 0;
+  to.fine = to.shapes;  // of parts of a cell
+  to.divides = to.shapes.size() > 1 || print_.overlap_um != 0;
   const auto set_ramps = [&](const ScreenGradient& gradient) {
-    ramps(gradient, cell_px, tents, shapes);
-    if (divides) ramps(gradient, cell_px / kFine, false, fine);
+    ramps(gradient, cell_px, tents, to.shapes);
+    if (to.divides) ramps(gradient, cell_px / kFine, false, to.fine);
   };
   set_ramps(screen_.scan_gradient());
   Block block;
   std::array<float, kBlockPx> u{}, v{};
   float areas[kDyeSets][kBlockPx];
-  for (int px = 0; px < n_px; px += kBlockPx) {
-    place(y, first_px + px, block);
+  for (int at = floor_to_block(first_px); at < first_px + n_px; at += kBlockPx) {
+    const int px = at - first_px;  // in the row
+    const int begin = std::max(0, -px), end = std::min(kBlockPx, n_px - px);
+    place(y, at, block);
     if (strained_ && strip_px_ < kBlockPx) {
       for (int strip = 0; strip < kBlockPx; strip += strip_px_) {
-        set_ramps(gradient_at(first_px + px + strip + (strip_px_ - 1) / 2.0, y));
-        const int n = strip_px_ * per_px;
-        for (int first = 0; first < n; first += kBlockPx) {
-          const auto pixel_of = [&](int k) { return strip + k % strip_px_; };
-          for (int k = 0; k < kBlockPx; ++k) {
-            const int at = std::min(first + k, n - 1);
-            const auto i = static_cast<std::size_t>(k);
-            block.at(pixel_of(at), cell_offset_px(at / strip_px_, per_px), node_px_, u[i], v[i]);
-          }
-          std::array<bool, kBlockPx> meet{};
-          paint(shapes, block, u.data(), v.data(), areas, divides ? meet.data() : nullptr);
-          for (int k = 0; k < std::min(kBlockPx, n - first); ++k) {
-            const auto i = static_cast<std::size_t>(k);
-            if (meet[i]) divide(fine, block, u[i], v[i], tents, i, areas);
-            for (int set = 0; set < n_sets; ++set) {
-              out.phase(set, (first + k) / strip_px_)[px + pixel_of(first + k)] = areas[set][k];
-            }
-          }
-        }
+        if (strip + strip_px_ <= begin || strip >= end) continue;
+        set_ramps(gradient_at(at + strip + (strip_px_ - 1) / 2.0, y));
+        paint_strip(to, block, std::max(strip, begin), std::min(strip + strip_px_, end), px, out);
       }
       continue;
     }
-    if (strained_) set_ramps(gradient_at(first_px + px + (kBlockPx - 1) / 2.0, y));
+    if (strained_) set_ramps(gradient_at(at + (kBlockPx - 1) / 2.0, y));
+    if (end - begin < kBlockPx) {
+      paint_strip(to, block, begin, end, px, out);
+      continue;
+    }
     for (int s = 0; s < per_px; ++s) {
       const double offset = cell_offset_px(s, per_px);
       if (node_px_ == kBlockPx) {
@@ -523,10 +556,10 @@ void ElementPainter::areas(double y, int first_px, int n_px, int per_px, PlaneRo
           block.at(i, offset, node_px_, u[k], v[k]);
         }
       }
-      std::array<bool, kBlockPx> meet{};
-      paint(shapes, block, u.data(), v.data(), areas, divides ? meet.data() : nullptr);
-      for (std::size_t i = 0; i < kBlockPx && divides; ++i) {
-        if (meet[i]) divide(fine, block, u[i], v[i], tents, i, areas);
+      std::array<float, kBlockPx> meet{};
+      paint(to.shapes, block, u.data(), v.data(), areas, to.divides ? meet.data() : nullptr);
+      for (std::size_t i = 0; i < kBlockPx && to.divides; ++i) {
+        if (meet[i] > 0) divide(to.fine, block, u[i], v[i], tents, i, areas);
       }
       for (int k = 0; k < n_sets; ++k) std::copy_n(areas[k], kBlockPx, out.phase(k, s) + px);
     }

@@ -27,8 +27,8 @@ class ElementPainter {
   [[nodiscard]] const std::vector<int>& sets() const { return sets_; }
   [[nodiscard]] const PlacedScreen& screen() const { return screen_; }
   [[nodiscard]] const ScreenDescription& description() const { return description_; }
-  // Fractions of the area of every cell; they sum to 1. first_px and n_px are multiples of
-  // kBlockPx. Values depend on the place only.
+  // Fractions of the area of every cell; they sum to 1. Values depend on the place only, but for
+  // rounding where a row begins or ends within a block of kBlockPx.
   void areas(double y, int first_px, int n_px, int per_px, PlaneRow& out, bool tents = false) const;
 
  private:
@@ -37,6 +37,7 @@ class ElementPainter {
   [[nodiscard]] int between(int set, int bit) const;
   struct Shape;
   struct Cover;
+  struct Painting;
   [[nodiscard]] ScreenGradient gradient_at(double x, double y) const;
   void place(double y, int first_px, Block& block) const;
   void ramps(const ScreenGradient& g, double cell_px, bool tents, std::vector<Shape>& shapes) const;
@@ -49,9 +50,11 @@ class ElementPainter {
   void paint_across(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
   void paint_beside(const Shape& shape, const Cover& cover, float (*areas)[16]) const;
 
+  void paint_strip(Painting& to, const Block& block, int begin, int end, int block_in_row,
+                   PlaneRow& out) const;
   void paint(std::vector<Shape>& shapes, const Block& block, const float* u, const float* v,
-             float (*areas)[16], bool* meet) const;
-  void find_meetings(const Cover& cover, const float (*areas)[16], bool* meet) const;
+             float (*areas)[16], float* meet) const;
+  void find_meetings(const Cover& cover, const float (*areas)[16], float* meet) const;
   void divide(std::vector<Shape>& fine, const Block& block, float u, float v, bool tent,
               std::size_t cell, float (*areas)[16]) const;
 

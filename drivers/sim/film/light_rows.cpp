@@ -10,14 +10,29 @@
 namespace reseau::sim {
 namespace {
 
-// Adds the variance of a cell's weight x the product of two changes per cell, from the values in
-// the cells before and after.
-void add_products(const float* a0, const float* a1, const float* t0, const float* t1, std::size_t n,
-                  float variance, float* to) {
+// The values in the cell above, below, to the left, to the right.
+struct Around {
+  const float *above, *below, *left, *right;
+};
+
+// Means of the product of two quantities: of their means, and to the next order the variance of a
+// cell's weight x the product of their changes per cell, along both axes.
+void multiply(const float* a, const float* b, const Around& of_a, const Around& of_b, std::size_t n,
+              float variance, float* to) {
   const float gain = variance / 4;
   widest([&]() RESEAU_SIM_INLINE {
     float* __restrict const out = to;
-    for (std::size_t i = 0; i < n; ++i) out[i] += (a1[i] - a0[i]) * (t1[i] - t0[i]) * gain;
+    const float by = gain;
+    const float *const at_a = a, *const at_b = b;
+    const float *const a0 = of_a.above, *const a1 = of_a.below, *const a2 = of_a.left,
+                       *const a3 = of_a.right;
+    const float *const b0 = of_b.above, *const b1 = of_b.below, *const b2 = of_b.left,
+                       *const b3 = of_b.right;
+    for (std::size_t i = 0; i < n; ++i) {
+      const float along_y = (a1[i] - a0[i]) * (b1[i] - b0[i]);
+      const float along_x = (a3[i] - a2[i]) * (b3[i] - b2[i]);
+      out[i] = at_a[i] * at_b[i] + (along_y + along_x) * by;
+    }
   });
 }
 
@@ -213,9 +228,8 @@ const LightRows::Finished& LightRows::finished(std::int64_t row) {
 
 const PlaneRow& LightRows::row(const FilmLayers& film, double y, const CellRange& cells,
                                bool harm) {
-  // Whole blocks, and a pixel on either side for neighbours.
-  const int begin = floor_to_block(cells.first_px - 1);
-  const int end = floor_to_block(cells.first_px + cells.n_px + kBlockPx);
+  // Two pixels on either side for neighbours and their means.
+  const int begin = cells.first_px - 2, end = cells.first_px + cells.n_px + 2;
   const CellRange wider{begin, end - begin, cells.per_px, cells.tents};
   const int offset = cells.first_px - begin;
   // Far cells look at their neighbours for the sake of the order of the method, single ones do not.
@@ -257,20 +271,21 @@ const PlaneRow& LightRows::row(const FilmLayers& film, double y, const CellRange
         return made(of).areas.phase(k, phase) + offset;
       };
       const float* const a = area(row, s);
-      widest([&]() RESEAU_SIM_INLINE {
-        float* __restrict const product = to;
-        for (std::size_t i = 0; i < n; ++i) product[i] = a[i] * t[i];
-      });
-      if (!coarse) continue;
-      // Gradient times gradient / 12, each half a difference over two cells. The cells left and
-      // right may belong to the neighbouring pixel.
+      if (!coarse) {
+        widest([&]() RESEAU_SIM_INLINE {
+          float* __restrict const product = to;
+          for (std::size_t i = 0; i < n; ++i) product[i] = a[i] * t[i];
+        });
+        continue;
+      }
+      // The cells left and right may belong to the neighbouring pixel.
       const int left = s == 0 ? per_px - 1 : s - 1, right = s + 1 == per_px ? 0 : s + 1;
       const int from_left = s == 0 ? 1 : 0, from_right = s + 1 == per_px ? 1 : 0;
-      add_products(area(row - 1, s), area(row + 1, s), silver(*above, s), silver(*below, s), n,
-                   variance_of(cells), to);
-      add_products(area(row, left) - from_left, area(row, right) + from_right,
-                   silver(here, left) - from_left, silver(here, right) + from_right, n,
-                   variance_of(cells), to);
+      const Around areas{area(row - 1, s), area(row + 1, s), area(row, left) - from_left,
+                         area(row, right) + from_right};
+      const Around silvers{silver(*above, s), silver(*below, s), silver(here, left) - from_left,
+                           silver(here, right) + from_right};
+      multiply(a, t, areas, silvers, n, variance_of(cells), to);
     }
   }
   return light_;

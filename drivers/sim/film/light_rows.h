@@ -67,7 +67,7 @@ class LightRows {
 
   const FilmLayers* film_ = nullptr;  // of the present call
   std::uint64_t id_ = 0;
-  CellRange cells_;  // whole blocks, a pixel and more on both sides than asked for
+  CellRange cells_;  // two pixels more on both sides than asked for
   bool harm_ = false, coarse_ = false;
   std::array<Made, 8> made_;
   std::array<Texture, 4> textures_;

@@ -63,6 +63,7 @@ struct ScreenFilm::Rows {
   CellRow fine;  // cells that were divided
   JoinedTents joined;
   std::vector<float> faded, stain;
+  std::vector<float> whole, share;  // cells as they were before, what they still count
 };
 
 ScreenFilm::ScreenFilm(const FilmSpec& spec)
@@ -81,8 +82,13 @@ ScreenFilm::ScreenFilm(const FilmSpec& spec)
   CHECK(spec.kind != FilmKind::kEmpty);
   // What elements and silver change together is taken from the cells around.
   const bool small = edges_.fewest_cells > 0, gaps = spec.print.overlap_um < 0;
-  // Those of spread light are summed at three to a px if they are 12, which is less exact than 10.
-  edges_.fewest_tents = gaps ? (edges_.spreads ? 10 : 12) : small && damage_.has_local() ? 10 : 8;
+  // Twelve are summed at three to a px, for spread light less exact than ten are. A zone plate is
+  // fine over much of its field.
+  const bool fine = spec.scene == SceneKind::kZone;
+  edges_.fewest_tents = edges_.spreads && gaps         ? 10
+                        : gaps || fine                 ? 12
+                        : small && damage_.has_local() ? 10
+                                                       : 8;
 }
 
 double ScreenFilm::height_um(double x, double /*y*/) const { return screen_.height_um(x); }
@@ -154,12 +160,50 @@ void ScreenFilm::render_divided(double y, bool harm, CellRow& out) const {
     if (level > 0) {
       Rows& rows = rows_of_thread(level, n_runs[static_cast<std::size_t>(level)]++);
       if (out.tents()) {
+        keep_whole({begin, end}, rows, out);
         divide_tents(y, level == 1 ? 3 : 9, harm, {begin, end}, rows, out);
+        fade_to_whole(y, {begin, end}, rows, out);
       } else {
         divide_even(y, 1 << level, harm, {begin, end}, rows, out);
       }
     }
     begin = end;
+  }
+}
+
+void ScreenFilm::keep_whole(PixelRun run, Rows& rows, const CellRow& out) const {
+  rows.whole.clear();
+  if (strip_.has_steps()) return;
+  for (int c = 0; c < kChannels; ++c) {
+    for (int s = 0; s < out.per_px(); ++s) {
+      const float* const from = out.phase(c, s);
+      rows.whole.insert(rows.whole.end(), from + run.begin, from + run.end);
+    }
+  }
+}
+
+// Errors of whole cells even out under the lens, but not at a line at which they end.
+void ScreenFilm::fade_to_whole(double y, PixelRun run, Rows& rows, CellRow& out) const {
+  if (rows.whole.empty()) return;
+  constexpr double kOver = 0.1;
+  const double whole = FilmStrip::kWholeCells * out.per_px() / FilmStrip::kWholeCellsAt;
+  const int n = run.end - run.begin;
+  rows.share.resize(static_cast<std::size_t>(n));
+  bool fades = false;
+  for (int i = 0; i < n; ++i) {
+    const double x = out.first_px() + run.begin + i;
+    const double finest = strip_.finest_cy_per_px(y, x - 0.5, x + 0.5);
+    const double share = std::clamp(1 - (finest - whole) / (kOver * whole), 0.0, 1.0);
+    rows.share[static_cast<std::size_t>(i)] = static_cast<float>(share);
+    fades = fades || share > 0;
+  }
+  const float* from = rows.whole.data();
+  for (int c = 0; c < kChannels && fades; ++c) {
+    for (int s = 0; s < out.per_px(); ++s, from += n) {
+      float* const to = out.phase(c, s) + run.begin;
+      for (int i = 0; i < n; ++i)
+        to[i] += rows.share[static_cast<std::size_t>(i)] * (from[i] - to[i]);
+    }
   }
 }
 
@@ -242,7 +286,6 @@ void ScreenFilm::mix(double y, const PlaneRow& light_of, Rows& rows, CellRow& ou
     }
     return;
   }
-  for (int c = 0; c < kChannels; ++c) std::fill_n(out.phase(c, 0), light_of.plane_size(), 0.0F);
   const bool fades = damage_.has_faded();
   if (fades) {
     rows.faded.resize(n);
@@ -250,34 +293,45 @@ void ScreenFilm::mix(double y, const PlaneRow& light_of, Rows& rows, CellRow& ou
                   rows.faded);
     if (spec_.mirrored) std::ranges::reverse(rows.faded);
   }
-  for (std::size_t k = 0; k < painter_->sets().size(); ++k) {
+  // Response of every set, and what full fading adds to it.
+  const std::size_t n_sets = painter_->sets().size();
+  std::array<std::array<float, 4>, kDyeSets> response{}, more{};
+  for (std::size_t k = 0; k < n_sets; ++k) {
     const auto set = static_cast<std::size_t>(painter_->sets()[k]);
-    std::array<float, 4> p{}, more{};  // response, and what full fading adds to it
     for (std::size_t c = 0; c < 4; ++c) {
-      p[c] = static_cast<float>(response_[set][c]);
-      more[c] = static_cast<float>(faded_response_[set][c] - response_[set][c]);
+      response[k][c] = static_cast<float>(response_[set][c]);
+      more[k][c] = static_cast<float>(faded_response_[set][c] - response_[set][c]);
     }
-    for (int s = 0; s < out.per_px(); ++s) {
-      const float* of_set = light_of.phase(static_cast<int>(k), s);
-      float *r = out.phase(0, s), *g = out.phase(1, s), *b = out.phase(2, s), *i = out.phase(3, s);
-      const float* faded = fades ? rows.faded.data() : nullptr;
-      widest([&]() RESEAU_SIM_INLINE {
-        float* __restrict const to_r = r, * __restrict const to_g = g, * __restrict const to_b = b, * __restrict const to_i = i;
-        for (std::size_t x = 0; x < n; ++x) {
-          const float light = of_set[x];
-          to_r[x] += light * p[0];
-          to_g[x] += light * p[1];
-          to_b[x] += light * p[2];
-          to_i[x] += light * p[3];
+  }
+  for (int s = 0; s < out.per_px(); ++s) {
+    for (int c = 0; c < kChannels; ++c) {
+      const auto channel = static_cast<std::size_t>(c);
+      float* const to = out.phase(c, s);
+      // Three sets at a time, as most screens have.
+      for (std::size_t k = 0; k < n_sets; k += 3) {
+        std::array<const float*, 3> of{};
+        std::array<float, 3> p{};
+        for (std::size_t t = 0; t < 3; ++t) {
+          const std::size_t set = std::min(k + t, n_sets - 1);
+          of[t] = light_of.phase(static_cast<int>(set), s);
+          p[t] = k + t < n_sets ? response[set][channel] : 0.0F;
         }
-      });
-      if (faded == nullptr) continue;
-      for (std::size_t x = 0; x < n; ++x) {
-        const float light = of_set[x] * faded[x];
-        r[x] += light * more[0];
-        g[x] += light * more[1];
-        b[x] += light * more[2];
-        i[x] += light * more[3];
+        const bool first = k == 0;
+        widest([&]() RESEAU_SIM_INLINE {
+          float* __restrict const sum = to;
+          const float *const a = of[0], *const b = of[1], *const d = of[2];
+          const float pa = p[0], pb = p[1], pd = p[2];
+          if (first) {
+            for (std::size_t x = 0; x < n; ++x) sum[x] = (a[x] * pa + b[x] * pb) + d[x] * pd;
+          } else {
+            for (std::size_t x = 0; x < n; ++x) sum[x] += (a[x] * pa + b[x] * pb) + d[x] * pd;
+          }
+        });
+      }
+      for (std::size_t k = 0; fades && k < n_sets; ++k) {
+        const float* const light = light_of.phase(static_cast<int>(k), s);
+        const float by = more[k][channel];
+        for (std::size_t x = 0; x < n; ++x) to[x] += light[x] * rows.faded[x] * by;
       }
     }
   }

@@ -51,6 +51,8 @@ class ScreenFilm final : public Film {
   void render(double y, bool harm, Rows& rows, CellRow& out) const;
   // The same, cells divided where the scene is too fine for them.
   void render_divided(double y, bool harm, CellRow& out) const;
+  void keep_whole(PixelRun run, Rows& rows, const CellRow& out) const;
+  void fade_to_whole(double y, PixelRun run, Rows& rows, CellRow& out) const;
   void divide_even(double y, int parts, bool harm, PixelRun run, Rows& rows, CellRow& out) const;
   void divide_tents(double y, int parts, bool harm, PixelRun run, Rows& rows, CellRow& out) const;
   // How often, in the block of pixels from px on.

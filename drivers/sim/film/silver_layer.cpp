@@ -135,24 +135,8 @@ void SilverLayer::exposure_behind_sets(double y, const CellRange& cells, PlaneRo
   scratch.resize(3 * n);
   const std::array<float*, 3> rgb{scratch.data(), scratch.data() + n, scratch.data() + 2 * n};
   const double x0 = first_px + cell_offset_px(0, per_px), side = 1.0 / per_px;
-  const auto expose = [&](double to_y, double to_x, const std::array<float*, 3>& to) {
-    strip_.exposure_cells(y + to_y, x0 + to_x, side, {{to[0], n}, {to[1], n}, {to[2], n}});
-  };
-  if (tents && strip_.has_fine_detail()) {
-    // A tent is the mean of the even cells around: of four, by Gauss's rule.
-    const double off = side * std::sqrt(1.0 / 12);
-    thread_local std::vector<float> even;
-    even.resize(3 * n);
-    std::ranges::fill(scratch, 0.0F);
-    for (const double down : {-off, off}) {
-      for (const double across : {-off, off}) {
-        expose(down, across, {even.data(), even.data() + n, even.data() + 2 * n});
-        for (std::size_t i = 0; i < 3 * n; ++i) scratch[i] += 0.25F * even[i];
-      }
-    }
-  } else {
-    expose(0, 0, rgb);
-  }
+  strip_.exposure_cells(y, x0, side, {{rgb[0], n}, {rgb[1], n}, {rgb[2], n}},
+                        tents && strip_.has_fine_detail());
   const std::size_t n_planes = painter_ == nullptr ? 1 : painter_->sets().size();
   out.resize(first_px, n_px, per_px, static_cast<int>(n_planes));
   for (std::size_t k = 0; k < n_planes; ++k) {
@@ -171,11 +155,16 @@ void SilverLayer::exposure_behind_sets(double y, const CellRange& cells, PlaneRo
     const bool single = painter_ != nullptr && std::ranges::count(weight, 0.0F) == 2;
     const auto own = static_cast<std::size_t>(std::ranges::max_element(weight) - weight.begin());
     for (int s = 0; s < per_px; ++s) {
-      float* to = out.phase(static_cast<int>(k), s);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(n_px); ++i) {
-        const std::size_t at = i * static_cast<std::size_t>(per_px) + static_cast<std::size_t>(s);
-        to[i] = single ? rgb[own][at]
-                       : weight[0] * rgb[0][at] + weight[1] * rgb[1][at] + weight[2] * rgb[2][at];
+      float* const to = out.phase(static_cast<int>(k), s);
+      const auto step = static_cast<std::size_t>(per_px), px = static_cast<std::size_t>(n_px);
+      const float *const r = rgb[0] + s, *const g = rgb[1] + s, *const b = rgb[2] + s;
+      if (single) {
+        const float* const from = rgb[own] + s;
+        for (std::size_t i = 0; i < px; ++i) to[i] = from[i * step];
+        continue;
+      }
+      for (std::size_t i = 0; i < px; ++i) {
+        to[i] = weight[0] * r[i * step] + weight[1] * g[i * step] + weight[2] * b[i * step];
       }
     }
   }

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
 #include "drivers/sim/film.h"
 #include "drivers/sim/film/silver_layer.h"
+#include "drivers/sim/widest.h"
 
 namespace reseau::sim {
 namespace {
@@ -44,6 +46,39 @@ std::vector<float> gauss_weights(double variance, double reach_sigmas) {
   return result;
 }
 
+using Eight = float __attribute__((vector_size(32)));
+
+// Rows times weights; sums stay in registers over all rows.
+void weighted_sum(const std::vector<const float*>& rows, const std::vector<float>& weights,
+                  std::vector<float>& out) {
+  constexpr std::size_t kRun = 32;
+  const std::size_t n = out.size(), n_rows = rows.size();
+  float* const to = out.data();
+  for (std::size_t i = 0; i < n && n < kRun; ++i) {
+    float sum = 0;
+    for (std::size_t k = 0; k < n_rows; ++k) sum += weights[k] * rows[k][i];
+    to[i] = sum;
+  }
+  if (n < kRun) return;
+  widest([&]() RESEAU_SIM_INLINE {
+    for (std::size_t begin = 0; begin < n; begin += kRun) {
+      const std::size_t at = std::min(begin, n - kRun);
+      Eight sum[kRun / 8] = {};
+      for (std::size_t k = 0; k < n_rows; ++k) {
+        const float w = weights[k];
+        const Eight same{w, w, w, w, w, w, w, w};
+        const float* const from = rows[k] + at;
+        for (std::size_t i = 0; i < kRun / 8; ++i) {
+          Eight v;
+          std::memcpy(&v, from + 8 * i, sizeof v);
+          sum[i] += same * v;
+        }
+      }
+      std::memcpy(to + at, sum, sizeof sum);
+    }
+  });
+}
+
 // Mean over a cell of what is above 0 of a plane, from its mean and its steps from cell to cell.
 float mean_above(float mean, float step_x, float step_y, bool tents) {
   const double x = std::abs(step_x), y = std::abs(step_y);
@@ -67,6 +102,7 @@ struct SilverLayer::Ring {
   std::vector<std::int64_t> row_in_slot;
   std::vector<std::vector<float>> slots;
   std::vector<float> source, weights;
+  std::vector<const float*> inputs;
 
   void prepare(std::uint64_t layer, const CellRange& of_cells, double variance) {
     if (id == layer && cells == of_cells) return;
@@ -144,7 +180,7 @@ void SilverLayer::blurred(Stage stage, double sigma_px, double y, const CellRang
   ring.prepare(id_, cells, variance);
   const auto reach = static_cast<std::int64_t>(ring.weights.size() / 2);
   const auto n_slots = static_cast<std::int64_t>(ring.slots.size());
-  const int margin_px = (static_cast<int>(reach) / cells.per_px / kBlockPx + 1) * kBlockPx;
+  const int margin_px = static_cast<int>(reach) / cells.per_px + 1;
   const auto margin = static_cast<std::ptrdiff_t>(margin_px) * cells.per_px;
   const CellRange wider{cells.first_px - margin_px, cells.n_px + 2 * margin_px, cells.per_px,
                         cells.tents};
@@ -164,17 +200,21 @@ void SilverLayer::blurred(Stage stage, double sigma_px, double y, const CellRang
       }
       std::vector<float>& row = ring.slots[slot];
       row.assign(n, 0.0F);
-      for (std::size_t t = 0; t < ring.weights.size(); ++t) {
-        const float w = ring.weights[t];
-        const float* from = ring.source.data() + margin - reach + static_cast<std::ptrdiff_t>(t);
-        for (std::size_t i = 0; i < n; ++i) row[i] += w * from[i];
+      ring.inputs.clear();
+      for (std::ptrdiff_t t = -reach; t <= reach; ++t) {
+        ring.inputs.push_back(ring.source.data() + margin + t);
       }
+      weighted_sum(ring.inputs, ring.weights, row);
       ring.row_in_slot[slot] = j;
     }
-    const float w = ring.weights[static_cast<std::size_t>(k + reach)];
-    const float* from = ring.slots[slot].data();
-    for (std::size_t i = 0; i < n; ++i) out[i] += w * from[i];
   }
+  ring.inputs.clear();
+  for (std::int64_t k = -reach; k <= reach; ++k) {
+    const std::int64_t j = middle + k;
+    ring.inputs.push_back(
+        ring.slots[static_cast<std::size_t>((j % n_slots + n_slots) % n_slots)].data());
+  }
+  weighted_sum(ring.inputs, ring.weights, out);
 }
 
 void SilverLayer::field(double y, const CellRange& cells, PlaneRow& out) const {

@@ -129,8 +129,8 @@ std::string any_film(std::mt19937& lots) {
 
 // What a rendering says of itself is not less than what it errs by, against cells three times as
 // fine in a place that was not looked at, which is not more than a ten-thousandth; nor is what it
-// says but for some films near the axes (OPTICS.md).
-void expect_honest(const std::string& settings, std::mt19937& lots, double most_said = 1e-4) {
+// says.
+void expect_honest(const std::string& settings, std::mt19937& lots) {
   const SimSpec spec =
       parse_sim_spec("ls5000?width_px=160&height_px=120&border_px=0&optics=coolscan&" + settings);
   const ScanWindow frame = frame_window(spec);
@@ -152,7 +152,7 @@ void expect_honest(const std::string& settings, std::mt19937& lots, double most_
               largest, said.largest);
   EXPECT_LE(largest, said.largest) << settings;
   EXPECT_LE(largest, 1e-4) << settings;
-  EXPECT_LE(said.largest, most_said) << settings;
+  EXPECT_LE(said.largest, 1e-4) << settings;
 }
 
 TEST(FilmSweep, TheEstimateIsHonest) {
@@ -171,7 +171,7 @@ TEST(FilmSweep, TheEstimateIsHonestOfFilmsByLot) {
   std::mt19937 lots(20261130);
   for (int k = 0; k < kFilms; ++k) {
     const std::string settings = any_film(lots);
-    expect_honest(settings, lots, 1.5e-4);
+    expect_honest(settings, lots);
   }
 }
 
