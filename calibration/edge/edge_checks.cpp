@@ -192,4 +192,26 @@ double uneven_share(Span2D<const float> samples, const PixelModel& model,
   return n > 0 ? off / n : 1;
 }
 
+double other_level_share(Span2D<const float> samples, const PixelModel& model, double near_px,
+                         double noise) {
+  constexpr double kOther = 0.4, kMostPixels = 2e4;
+  const double contrast = std::abs(model.levels.bright - model.levels.dark);
+  const double limit = std::max(kOther * contrast, 6 * noise);
+  const LineFrame frame(model.line);
+  const int w = samples.width(), h = samples.height();
+  const int step = std::max(1, static_cast<int>(std::sqrt(double(w) * double(h) / kMostPixels)));
+  double all = 0, other = 0;
+  for (int y = 0; y < h; y += step) {
+    for (int x = 0; x < w; x += step) {
+      const double value = static_cast<double>(samples(x, y));
+      if (!std::isfinite(value)) continue;
+      all += 1;
+      const double d = frame.at(x, y).distance;
+      if (std::abs(d) < near_px) continue;
+      if (std::abs(value - (d < 0 ? model.levels.dark : model.levels.bright)) > limit) other += 1;
+    }
+  }
+  return all > 0 ? other / all : 0;
+}
+
 }  // namespace reseau

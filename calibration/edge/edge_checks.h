@@ -30,4 +30,10 @@ struct ClipFinding {
 [[nodiscard]] double uneven_share(Span2D<const float> samples, const PixelModel& model,
                                   const ProfileFunction& profile, double tolerance, double noise);
 
+// Share of the whole region, more than near_px away from the line, that is neither as dark as the
+// dark side nor as bright as the bright one is to be, by more than 0.4 of the contrast: another
+// edge lies there. Of a large region some pixels stand for all.
+[[nodiscard]] double other_level_share(Span2D<const float> samples, const PixelModel& model,
+                                       double near_px, double noise);
+
 }  // namespace reseau

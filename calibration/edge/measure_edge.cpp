@@ -114,6 +114,12 @@ EdgeMeasurement EdgeWork::run() {
     }
     if (low < -0.4 || high > 1.4 || variation > 2.6) good = refuse(EdgeReason::kNotAnEdge);
   }
+  // Beyond the reach as well: a second edge, or none at all where both levels are made up.
+  constexpr double kOtherEdge = 0.08;
+  if (good && other_level_share(samples_, with_levels(), 4 * width_ + 3,
+                                fit_->noise() * contrast()) > kOtherEdge) {
+    good = refuse(EdgeReason::kNotAnEdge);
+  }
   if (good) {
     const double uneven =
         uneven_share(samples_, with_levels(), fitted(), 0.12, fit_->noise() * contrast());

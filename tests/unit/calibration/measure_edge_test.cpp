@@ -222,6 +222,26 @@ TEST(MeasureEdge, WhatIsNoEdgeIsRefusedWithAReason) {
                  "grating");
 }
 
+// A region so wide that the second edge lies beyond what the first is fitted to.
+TEST(MeasureEdge, ASecondEdgeIsSeenHoweverFarItIs) {
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  constexpr int kWidth = 160, kHeight = 120;
+  std::vector<float> samples(std::size_t{kWidth} * kHeight);
+  const auto step = [](double d) { return 0.5 * std::erfc(-d); };
+  for (const double apart : {30.0, 40.0, 50.0, 70.0, 100.0}) {
+    for (const double second : {-1.0, 0.8}) {  // of a bar; of stairs
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        const double d = double(i % kWidth) - 80 + 0.09 * (double(i / kWidth) - 60);
+        samples[i] =
+            static_cast<float>(0.1 + 0.4 * (step(d + apart / 2) + second * step(d - apart / 2))) +
+            0.003F * normal(random);
+      }
+      expect_refused(samples, kWidth, kHeight, "a second edge");
+    }
+  }
+}
+
 TEST(MeasureEdge, SamplesThatAreNoNumbersAreLeftOut) {
   const EdgePicture p = usual(5);
   std::vector<float> samples = render(p, test::gaussian_transfer(0.25));
