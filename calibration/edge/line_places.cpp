@@ -64,7 +64,7 @@ std::vector<LinePlace> line_places(std::span<const ProfileSample> samples, const
 
 PlaceDifference place_difference(std::span<const LinePlace> a, std::span<const LinePlace> b,
                                  double normal_rad) {
-  constexpr std::size_t kParts = 10;
+  constexpr std::size_t kParts = 10, kFarthestNeighbour = 6;
   const double across = crosses_rows(normal_rad) ? std::cos(normal_rad) : std::sin(normal_rad);
   struct Both {
     double apart = 0, weight = 0;
@@ -97,6 +97,24 @@ PlaceDifference place_difference(std::span<const LinePlace> a, std::span<const L
     out.chi2 += pull * pull / of_part;
   }
   out.freedom = static_cast<double>(kParts - 1);
+  // Ten parts know their scatter badly, and neighbours that err alike spread over the border
+  // between two of them; how alike neighbours err tells it better where they do.
+  std::vector<double> rest;
+  double squares = 0;
+  for (const Both& line : lines) {
+    rest.push_back(std::sqrt(line.weight) * (line.apart - out.value));
+    squares += rest.back() * rest.back();
+  }
+  const auto n = static_cast<double>(rest.size());
+  double alike = 1;
+  for (std::size_t k = 1; k <= kFarthestNeighbour && squares > 0; ++k) {
+    double product = 0;
+    for (std::size_t i = k; i < rest.size(); ++i) product += rest[i] * rest[i - k];
+    const double r = product / squares + 1 / n;  // the mean was taken from the same lines
+    if (!(r > 2 / std::sqrt(n))) break;
+    alike += 2 * r;
+  }
+  out.chi2 = std::max(out.chi2, out.freedom * squares / (n - 1) * alike);
   return out;
 }
 

@@ -114,6 +114,13 @@ EdgeMeasurement EdgeWork::run() {
     }
     if (low < -0.4 || high > 1.4 || variation > 2.6) good = refuse(EdgeReason::kNotAnEdge);
   }
+  // With its last levels it must rise out of the noise still.
+  constexpr double kLeastRise = 10;
+  const double pixels = 0.5 * std::min(double(samples_.width()) * double(samples_.height()),
+                                       2 * model_.reach_px * out_.length_px);
+  if (good && kLeastRise * fit_->noise() * std::sqrt(2 / std::max(4.0, 0.5 * pixels)) > 1) {
+    good = refuse(EdgeReason::kNoContrast);
+  }
   // Beyond the reach as well: a second edge, or none at all where both levels are made up.
   constexpr double kOtherEdge = 0.08;
   if (good && other_level_share(samples_, with_levels(), 4 * width_ + 3,
