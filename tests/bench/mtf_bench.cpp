@@ -70,10 +70,9 @@ double Errors::mean() const { return sum / std::max(1, n); }
 double Errors::rms() const { return std::sqrt(squares / std::max(1, n)); }
 double Errors::sd() const { return std::sqrt(std::max(0.0, rms() * rms() - mean() * mean())); }
 
-}  // namespace reseau::bench
+namespace {
 
-int main(int argc, char** argv) {
-  using namespace reseau::bench;
+int run(int argc, char** argv) {
   Bars bars;
   if (argc > 1) bars.first = bars.last = std::atoi(argv[1]);
   if (argc > 2) bars.last = std::atoi(argv[2]);
@@ -91,3 +90,9 @@ int main(int argc, char** argv) {
   if (bars.holds(14)) odd_input();
   return 0;
 }
+
+}  // namespace
+
+}  // namespace reseau::bench
+
+int main(int argc, char** argv) { return reseau::bench::run(argc, argv); }
