@@ -311,6 +311,10 @@ ordered_json registration_to_json(const Registration& r) {
     object["runner_up"] = {{"screen", r.runner_up},
                            {"probability", number_or_null(r.runner_up_probability)}};
   }
+  if (!r.printing.empty()) {
+    object["printing"] = {{"screen", r.printing},
+                          {"probability", number_or_null(r.printing_probability)}};
+  }
   put_number(object, "explained", r.explained);
   if (r.found) object["identity"] = r.identity;
   if (!r.found) {

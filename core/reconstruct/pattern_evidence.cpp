@@ -92,21 +92,22 @@ double unexplained(const std::vector<ShapeTile>& tiles, const Mat2& linear,
 
 std::vector<PatternEvidence> pattern_evidence(const LineSource& source, const ToneCurves& tone,
                                               const ScreenMap& map, double period_px,
-                                              ScreenLayout layout, int special_color) {
-  std::vector<PatternEvidence> evidence;
-  for (const ScreenKind kind : kinds_of(layout, special_color)) evidence.push_back({kind, 0});
-  if (evidence.size() < 2 || layout == ScreenLayout::kLines) return {};
+                                              const std::vector<ScreenKind>& kinds) {
+  if (kinds.size() < 2) return {};
   const std::vector<ShapeTile> tiles = tiles_of(source, tone, map, period_px);
   if (tiles.empty()) return {};
-  double least = 1e300;
-  for (PatternEvidence& e : evidence) {
+  std::vector<double> left;
+  left.reserve(kinds.size());
+  for (const ScreenKind kind : kinds) {
     const PrintedScreen printed =
-        printed_screen(screen_names()[static_cast<std::size_t>(e.kind)].name);
-    e.log_likelihood = unexplained(tiles, map.linear(), printed.pattern(printed.usual));
-    least = std::min(least, e.log_likelihood);
+        printed_screen(screen_names()[static_cast<std::size_t>(kind)].name);
+    left.push_back(unexplained(tiles, map.linear(), printed.pattern(printed.usual)));
   }
-  for (PatternEvidence& e : evidence)
-    e.log_likelihood = -0.5 * (e.log_likelihood - least) / kPrintError2;
+  const double least = *std::ranges::min_element(left);
+  std::vector<PatternEvidence> evidence;
+  evidence.reserve(kinds.size());
+  for (std::size_t k = 0; k < kinds.size(); ++k)
+    evidence.push_back({kinds[k], -0.5 * (left[k] - least) / kPrintError2});
   return evidence;
 }
 

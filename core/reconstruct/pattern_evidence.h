@@ -10,12 +10,12 @@
 
 namespace reseau {
 
-// Harmonics of some tiles of the scan against the elements of each screen of the layout whose odd
-// colour is special_color: lights and blur are free, so that only shapes decide. Empty where there
-// is one such screen, or nothing to see. `period_px`: the larger one. Reads at most 16 tiles.
+// Harmonics of some tiles of the scan against the elements of each of these screens, whose layout
+// and colours the map is in: lights and blur are free, so that only shapes decide. Empty where
+// there are less than two, or nothing to see. `period_px`: the larger one. Reads at most 16 tiles.
 [[nodiscard]] std::vector<PatternEvidence> pattern_evidence(const LineSource& source,
                                                             const ToneCurves& tone,
                                                             const ScreenMap& map, double period_px,
-                                                            ScreenLayout layout, int special_color);
+                                                            const std::vector<ScreenKind>& kinds);
 
 }  // namespace reseau

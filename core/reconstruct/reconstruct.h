@@ -41,6 +41,10 @@ struct Registration {
   double none_probability = 1, screen_probability = 1;
   std::string runner_up;
   double runner_up_probability = 0;
+  // Of a Dufaycolor: whose micrograph has elements of these sizes ("dufaycolor": Hubicka et al.),
+  // and how probable that is among those that are known; empty otherwise.
+  std::string printing;
+  double printing_probability = 0;
   double explained = 0;  // share of what alternates in the brightest tiles that the screen explains
   ScreenMap map;         // screen (u, v) from scan pixels, valid over the whole frame when found
   // How it is known which element has which colour: "colour" as the scan shows it, "given" by hand,

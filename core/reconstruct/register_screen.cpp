@@ -307,7 +307,12 @@ class Tracker {
     if (!result.found) result.confidence = std::min(result.confidence, 0.49);
     result.none_probability = 1 - std::min(result.confidence, 1 - 1e-6);
     if (result.found) {
-      describe_names(result, seed, patterns_of(result, seed));
+      std::vector<PatternEvidence> patterns;
+      if (!seed.grey && !result.lines_alone)
+        patterns = patterns_of(result, kinds_of(seed.layout, seed.special_color));
+      describe_names(result, seed, patterns);
+      if (!seed.grey && is_dufaycolor(screen_kind(result.screen)))
+        describe_printing(result, patterns_of(result, dufaycolor_printings()));
       take_by_hand(result, seed);
     } else if (!coarse.empty()) {
       result.reason = coarse;
@@ -320,12 +325,10 @@ class Tracker {
     }
   }
 
-  [[nodiscard]] std::vector<PatternEvidence> patterns_of(const Registration& result,
-                                                         const LatticeSeed& seed) const {
-    if (seed.grey) return {};
+  [[nodiscard]] std::vector<PatternEvidence> patterns_of(
+      const Registration& result, const std::vector<ScreenKind>& kinds) const {
     return pattern_evidence(source_, options_.tone, result.map,
-                            std::max(result.period_px[0], result.period_px[1]), seed.layout,
-                            seed.special_color);
+                            std::max(result.period_px[0], result.period_px[1]), kinds);
   }
 
   // Whether the two like elements differ by some part of what all three do.

@@ -78,6 +78,17 @@ void describe_names(Registration& result, const LatticeSeed& seed,
   }
 }
 
+void describe_printing(Registration& result, const std::vector<PatternEvidence>& patterns) {
+  double total = 0;
+  for (const PatternEvidence& p : patterns) total += std::exp(p.log_likelihood);
+  for (const PatternEvidence& p : patterns) {
+    const double probability = std::exp(p.log_likelihood) / total;
+    if (probability <= result.printing_probability) continue;
+    result.printing_probability = probability;
+    result.printing = screen_names()[static_cast<std::size_t>(p.kind)].name;
+  }
+}
+
 bool folds(const ScreenMap& map, const Mat2& mean, const LineFormat& format) {
   constexpr int kSteps = 64;
   for (int j = 0; j <= kSteps; ++j) {

@@ -140,6 +140,14 @@ std::array<int, 3> site_colors(ScreenLayout layout, int special_color) {
   return {special_color, first, second};
 }
 
+std::vector<ScreenKind> dufaycolor_printings() {
+  std::vector<ScreenKind> kinds;
+  for (const ScreenName& screen : screen_names()) {
+    if (is_dufaycolor(screen.kind)) kinds.push_back(screen.kind);
+  }
+  return kinds;
+}
+
 std::vector<ScreenKind> kinds_of(ScreenLayout layout, int special_color) {
   std::vector<ScreenKind> kinds;
   for (const Made& screen : kMade) {

@@ -65,10 +65,12 @@ struct ScreenEvidence {
   int special_color = 0;  // -1 = not known
   // Share of what alternates that the layout explains, and the most that another one does.
   double explained = 0, other_explained = 0;
-  double period_um = 0;                   // 0 = unknown
+  double period_um = 0;                     // 0 = unknown
   std::vector<PatternEvidence> patterns{};  // of some screens, or none
 };
 
+// Dufaycolors with elements of different sizes.
+[[nodiscard]] std::vector<ScreenKind> dufaycolor_printings();
 // The screens that were made in a layout with an odd colour; -1 = any.
 [[nodiscard]] std::vector<ScreenKind> kinds_of(ScreenLayout layout, int special_color);
 

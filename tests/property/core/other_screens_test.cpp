@@ -108,6 +108,20 @@ TEST(OtherScreens, SizesOfElementsGiveTheName) {
   }
 }
 
+TEST(OtherScreens, AndThePrintingOfADufaycolor) {
+  for (const std::string name :
+       {"dufaycolor", "dufaycolor-gawain", "dufaycolor-cornwell-clyne-bw"}) {
+    const sim::SimulatedScan scan = sim::simulate_frame(sim::parse_sim_spec(
+        "ls5000?width_px=420&height_px=420&scene=natural&angle=23&noise=0.004&screen=" + name));
+    const Registration found =
+        register_screen(MemoryLineSource(scan.format, scan.samples), {}, {}, {});
+    ASSERT_TRUE(found.found) << name << ": " << found.reason;
+    EXPECT_EQ(found.screen, "dufaycolor");
+    EXPECT_EQ(found.printing, name);
+    EXPECT_GT(found.printing_probability, 0.9) << name;
+  }
+}
+
 // Screens of lines alone: v is known, and points from red over green to blue; u is a convention.
 struct LinesAlone {
   std::string film;
