@@ -90,6 +90,11 @@ ExitCode run_calibrate(const CalibrateArguments& options, Work& work) {
   choice.read.gamma = options.gamma;
   choice.read.infrared_file = options.infrared_file;
   choice.window_px = options.window_px;
+  // How sharpness changes over the frame takes edges all over it.
+  constexpr int kEdgesOfField = 40;
+  if (options.psf || options.save || !options.report.empty() || !options.profile.empty()) {
+    choice.most_edges = kEdgesOfField;
+  }
   Gathered all;
   std::string report = options.report, device;
   if (bench) {
