@@ -82,7 +82,7 @@ Film::Edges edges_of(const FilmSpec& spec) {
         std::hypot(spec.emulsion.spread_um, spec.emulsion.silver_spread_um) / spec.frame.pixel_um;
     const double wanted = gaps && near_axes ? 4.4 / std::pow(spread_px, 1.7)
                           : gaps            ? 4.5 / spread_px
-                          : near_axes       ? 3.5 / spread_px
+                          : near_axes       ? 4.0 / spread_px
                                             : 2.5 / spread_px;
     int cells = 8;
     for (const int more : {10, 12, 16, 24, 32, 48}) {

@@ -81,14 +81,15 @@ ScreenFilm::ScreenFilm(const FilmSpec& spec)
       id_(next_film()) {
   CHECK(spec.kind != FilmKind::kEmpty);
   // What elements and silver change together is taken from the cells around.
-  const bool small = edges_.fewest_cells > 0, gaps = spec.print.overlap_um < 0;
+  constexpr double kSmallFrame = 3e5;
+  const double frame_px = 1.0 * spec.frame.width_px * spec.frame.height_px * spec.frame.n_frames;
+  const bool small = frame_px < kSmallFrame, gaps = spec.print.overlap_um < 0;
   // Twelve are summed at three to a px, for spread light less exact than ten are. A zone plate is
   // fine over much of its field.
-  const bool fine = spec.scene == SceneKind::kZone;
-  edges_.fewest_tents = edges_.spreads && gaps         ? 10
-                        : gaps || fine                 ? 12
-                        : small && damage_.has_local() ? 10
-                                                       : 8;
+  const bool fine = spec.scene == SceneKind::kZone || (small && spec.scene == SceneKind::kStar);
+  edges_.fewest_tents = edges_.spreads && gaps ? 10 : gaps || fine ? 12 : 8;
+  // Specks have edges of their own.
+  if (damage_.has_local()) edges_.fewest_tents = small ? 16 : 12;
 }
 
 double ScreenFilm::height_um(double x, double /*y*/) const { return screen_.height_um(x); }

@@ -29,15 +29,15 @@ TEST(Cells, AreManyForEdgesAlongTheGridAndFewForOthers) {
   // Tents know where an edge along their borders lies; a film of even cells needs more of them.
   EXPECT_EQ(cells_of("angle=0", true), 6);
   EXPECT_EQ(cells_of("angle=90&axes=90", true), 6);
-  EXPECT_EQ(cells_of("angle=0&spread_um=3", true), 8);
-  EXPECT_EQ(cells_of("angle=0&spread_um=1", true), 24) << "as many to a spread";
+  EXPECT_EQ(cells_of("angle=0&spread_um=3", true), 10);
+  EXPECT_EQ(cells_of("angle=0&spread_um=1", true), 32) << "as many to a spread";
   EXPECT_EQ(cells_of("angle=0&spread_um=3&screen=thames", true), 16);
   EXPECT_EQ(cells_of("angle=0&cells=6", true), 6) << "what is asked for";
   EXPECT_EQ(cells_of("film=none&angle=0", true), 6) << "no elements, no edges";
   EXPECT_EQ(cells_of("film=none&scene=edges&edge_angle=-89", true), 16);
   EXPECT_EQ(cells_of("film=none&scene=edges&edge_angle=0", true), 24) << "black to white";
   // Dufaycolor's other edges are 0.6 degrees off square.
-  EXPECT_EQ(cells_of("angle=90.6&axes=89.4&spread_um=3", true), 8);
+  EXPECT_EQ(cells_of("angle=90.6&axes=89.4&spread_um=3", true), 10);
   EXPECT_EQ(cells_of("angle=23&screen=thames", true), 16) << "round edges run along both axes";
   EXPECT_EQ(cells_of("angle=0&optics=coolscan", true), 6);
   EXPECT_EQ(cells_of("angle=0&optics=coolscan&grain=0.1", true), 8);
