@@ -185,7 +185,7 @@ ChannelOffset offset_of(const Eigen::VectorXd& p, const Eigen::VectorXd& varianc
 
 ChannelOffsets told_nothing(const char* why, bool infrared) {
   ChannelOffsets out;
-  for (const std::size_t c : {0, 2, 3}) out.reason[c] = why;
+  for (const std::size_t c : {0U, 2U, 3U}) out.reason[c] = why;
   if (!infrared) out.reason[3] = kNoInfrared;
   return out;
 }
