@@ -248,7 +248,8 @@ std::size_t TileRenderer::render(const SilverRows& silver, const PixelBounds& re
     for (int row = 0; row < n_rows; ++row) {
       picture_at.row(rect.y0 + row * step, at);
       for (int x = 0; x < n_columns; ++x)
-        at[static_cast<std::size_t>(x)] = at[static_cast<std::size_t>(x * step)];
+        at[static_cast<std::size_t>(x)] =
+            at[static_cast<std::size_t>(x) * static_cast<std::size_t>(step)];
       at.resize(static_cast<std::size_t>(n_columns));
       interpolate(planes, {}, rect.x0, rect.y0 + row * step, at,
                   &picture[n_row * static_cast<std::size_t>(row)]);

@@ -326,13 +326,12 @@ class Follower {
     return fit_map(samples, cells_.width_px(), cells_.height_px(), finest, flat_px(), plan);
   }
 
-  // What was proven in a round holds in the next, as long as the stage is seen alike.
+  // Bends that were proven in a round are not proven anew in the next, as long as the stage is seen
+  // alike. That there are none is.
   [[nodiscard]] LevelPlan plan_after(const MapFit& fit, bool line_is_new) const {
-    if (fit.levels.spacing_px !=
-        surface_levels(cells_.width_px(), cells_.height_px(), finest_px_).spacing_px)
-      return {};
-    if (line_is_new) return fit.levels.flat() ? LevelPlan{} : LevelPlan{&fit.levels, 1};
-    return {&fit.levels, 0};
+    const SurfaceLevels all = surface_levels(cells_.width_px(), cells_.height_px(), finest_px_);
+    if (fit.levels.flat() || fit.levels.spacing_px != all.spacing_px) return {};
+    return {&fit.levels, line_is_new ? 1 : 0};
   }
 
   // Between two maps, rms over the places of samples.

@@ -39,7 +39,8 @@ class LevelData {
   }
   // Of the neighbour (di, dj) among the coupled.
   static std::size_t place(int di, int dj) {
-    return static_cast<std::size_t>((dj + kReach) * kSide + di + kReach);
+    const int at = (dj + kReach) * kSide + di + kReach;
+    return static_cast<std::size_t>(at);
   }
   [[nodiscard]] const double* coupled(int i, int j) const {
     return &matrix_[index(i, j) * kCoupled];

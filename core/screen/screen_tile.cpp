@@ -111,9 +111,9 @@ TileFit<N>::TileFit(const LinearRows& rows, int x0, int width, int height, const
       term[1] = root * ((x + 0.5) / width - 0.5);
       term[2] = root * ((y + 0.5) / height - 0.5);
       for (std::size_t h = 0; h < N; ++h) {
-        const Complex turn =
-            RowPhases::product(power_u[static_cast<std::size_t>(kMost + harmonics[h].u)],
-                               power_v[static_cast<std::size_t>(kMost + harmonics[h].v)]);
+        const int u = kMost + harmonics[h].u, v = kMost + harmonics[h].v;
+        const Complex turn = RowPhases::product(power_u[static_cast<std::size_t>(u)],
+                                                power_v[static_cast<std::size_t>(v)]);
         term[3 + 2 * h] = root * turn.real();
         term[4 + 2 * h] = root * turn.imag();
       }
