@@ -4,8 +4,9 @@
 //
 // E is the profile that EdgeOptics predicts, its parameters fitted with weak priors; r a quintic
 // spline whose variance is chosen by restricted maximum likelihood. What is told is the average
-// over a grid of that variance (none included), with and without shading across the edge, weighted
-// by likelihood; the covariance includes the spread of that average.
+// over a grid of that variance (none included), with and without shading across the edge, and with
+// the simplest optics as well as free ones, weighted by likelihood; the covariance includes the
+// spread of that average.
 #pragma once
 
 #include <memory>
@@ -29,9 +30,17 @@ struct ProfileFitOptions {
   bool shading_across = true;  // may be tried
 };
 
+// Which optics are thought likely.
+enum class OpticsPrior {
+  kFree,        // any, roughly as wide as the edge
+  kFullPixels,  // pixels as wide as they lie apart, and nothing but the lens before them
+  kGaussian     // a Gaussian alone
+};
+
 // One set of variances and what it gives.
 struct ProfileMember {
-  double tau = 0;        // of the spline; 0: none
+  double tau = 0;  // of the spline; 0: none
+  OpticsPrior prior = OpticsPrior::kFree;
   bool shading = false;  // across the edge
   double criterion = 0;  // -2 log restricted likelihood, smaller is better
   double weight = 0;     // share in the average
@@ -97,8 +106,8 @@ class ProfileFit {
   [[nodiscard]] System system(const EdgeOptics& optics, std::span<const int> parameters) const;
   [[nodiscard]] std::vector<ProfileMember> judge(const System& system) const;
   void solve(const EdgeOptics& optics, const std::vector<int>& parameters);
-  [[nodiscard]] double prior_mean(int parameter) const;
-  [[nodiscard]] double prior_sd(int parameter) const;
+  [[nodiscard]] double prior_mean(int parameter, OpticsPrior prior = OpticsPrior::kFree) const;
+  [[nodiscard]] double prior_sd(int parameter, OpticsPrior prior = OpticsPrior::kFree) const;
   void settle_noise(const System& system);
   // Scatter within the bins about a profile of this slope.
   template <typename Slope>

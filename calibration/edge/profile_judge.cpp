@@ -23,10 +23,32 @@ constexpr std::array<double, 9> kTau = {0, 0.0015, 0.005, 0.015, 0.05, 0.15, 0.5
 constexpr double kShadingPrior = 0.1;  // that there is shading across
 constexpr double kNoResidualPrior = 0.5;
 constexpr double kLeastWeight = 0.01;
+constexpr double kSimplePrior = 0.1;  // that optics are full pixels, or a Gaussian
+constexpr double kSettledSd = 1e-3;   // of what simple optics settle [px, px^2]
+
+struct Variant {
+  double tau;
+  OpticsPrior prior;
+};
+
+// What simple optics leave no choice about. Three free widths say more about the noise than about
+// the optics where two or one of them explain the edge as well.
+bool is_settled(int parameter, OpticsPrior prior) {
+  switch (prior) {
+    case OpticsPrior::kFullPixels:
+      return parameter == kSigma2 || parameter == kAperture2;
+    case OpticsPrior::kGaussian:
+      return parameter == kDiffraction || parameter == kAperture2;
+    default:
+      return false;
+  }
+}
 
 }  // namespace
 
-double ProfileFit::prior_mean(int parameter) const {
+double ProfileFit::prior_mean(int parameter, OpticsPrior prior) const {
+  if (is_settled(parameter, prior))
+    return parameter == kAperture2 && prior == OpticsPrior::kFullPixels ? 1 : 0;
   const double w = options_.width_px;
   switch (parameter) {
     case kDiffraction:
@@ -42,7 +64,8 @@ double ProfileFit::prior_mean(int parameter) const {
   }
 }
 
-double ProfileFit::prior_sd(int parameter) const {
+double ProfileFit::prior_sd(int parameter, OpticsPrior prior) const {
+  if (is_settled(parameter, prior)) return kSettledSd;
   const double w = options_.width_px;
   switch (parameter) {
     case kDiffraction:
@@ -196,7 +219,11 @@ std::vector<ProfileMember> ProfileFit::judge(const System& s) const {
     if (shading && !options_.shading_across) continue;
     double least = 1e300;
     int falling = 0;
-    for (const double tau : kTau) {
+    // Simple optics without a spline: what they do not explain is for free ones.
+    std::vector<Variant> variants = {{0, OpticsPrior::kFullPixels}};
+    if (np <= 3) variants.push_back({0, OpticsPrior::kGaussian});
+    for (const double tau : kTau) variants.push_back({tau, OpticsPrior::kFree});
+    for (const auto& [tau, prior] : variants) {
       if (tau > 0 && n_spline == 0) break;
       index.clear();
       const std::size_t dense = 2 + np + (shading ? 2 : 0);
@@ -208,6 +235,7 @@ std::vector<ProfileMember> ProfileFit::judge(const System& s) const {
       Symmetric h(p);
       ProfileMember member;
       member.tau = tau;
+      member.prior = prior;
       member.shading = shading;
       member.beta.resize(p);
       double criterion = s.squares * precision;
@@ -216,8 +244,9 @@ std::vector<ProfileMember> ProfileFit::judge(const System& s) const {
         member.beta[i] = s.g[index[i]] * precision;
       }
       for (std::size_t k = 0; k < np; ++k) {
-        const double q = 1 / sum_of_squares(prior_sd(s.parameters[k]));
-        const double off = prior_mean(s.parameters[k]) - parameter(s.optics, s.parameters[k]);
+        const double q = 1 / sum_of_squares(prior_sd(s.parameters[k], prior));
+        const double off =
+            prior_mean(s.parameters[k], prior) - parameter(s.optics, s.parameters[k]);
         h(2 + k, 2 + k) += q;
         member.beta[2 + k] += q * off;
         criterion += q * off * off - std::log(q);
@@ -239,6 +268,8 @@ std::vector<ProfileMember> ProfileFit::judge(const System& s) const {
         criterion -= 2 * std::log((1 - kNoResidualPrior) / double(kTau.size() - 1));
       } else {
         criterion -= 2 * std::log(kNoResidualPrior);
+        criterion -=
+            2 * std::log(prior == OpticsPrior::kFree ? 1 - 2 * kSimplePrior : kSimplePrior);
       }
       auto factor = std::make_shared<Cholesky>(h);
       if (!factor->ok()) continue;
@@ -246,7 +277,9 @@ std::vector<ProfileMember> ProfileFit::judge(const System& s) const {
       criterion += factor->log_determinant() - dot(member.beta, member.beta);
       member.criterion = criterion;
       member.precision = std::move(factor);
-      if (criterion > least) {
+      if (prior != OpticsPrior::kFree) {
+        // Says nothing about how the likelihood falls with the spline.
+      } else if (criterion > least) {
         ++falling;
       } else {
         falling = 0;

@@ -75,7 +75,7 @@ void ProfileFit::prior_times(const ProfileMember& m, std::span<const double> x,
                              std::span<double> out) const {
   std::fill(out.begin(), out.end(), 0.0);
   for (std::size_t k = 0; k < parameters_.size(); ++k) {
-    out[2 + k] = x[2 + k] / sum_of_squares(prior_sd(parameters_[k]));
+    out[2 + k] = x[2 + k] / sum_of_squares(prior_sd(parameters_[k], m.prior));
   }
   if (m.shading) {
     for (std::size_t i = first_shading(); i < first_shading() + 2; ++i) {
