@@ -209,9 +209,9 @@ bool EdgeWork::fit() {
       moved += step.moved_px;
       if (step.moved_px < 1e-4) break;
     }
-    // A third of what noise alone moves it by.
-    const double limit =
-        3e-4 + 0.5 * fit_->noise() * std::sqrt(3.5 * width_ / model_.line.half_length_px);
+    // A third of what noise alone moves it by; without noise what a wrong line adds is seen.
+    const double limit = std::min(3e-4, 0.5 * fit_->noise()) +
+                         0.5 * fit_->noise() * std::sqrt(3.5 * width_ / model_.line.half_length_px);
     if (!stepped || moved < limit) break;
     model_ = model;
     model_.levels.dark_across = model_.levels.bright_across = 0;

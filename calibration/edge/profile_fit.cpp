@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <numbers>
 #include <span>
 #include <utility>
@@ -17,6 +18,7 @@ namespace {
 using profile::within;
 
 constexpr double kLeastShading = 0.012;  // of the contrast per reach
+constexpr double kClean = 2e-3;          // noise of the contrast below which far minima show
 constexpr double kMisfit = 8;            // gain in -2 log likelihood that calls for more physics
 
 }  // namespace
@@ -200,6 +202,36 @@ ProfileFit::ProfileFit(const ProfileBins& bins, const ProfileFitOptions& options
       from.sigma2_px2 *= 0.3;
       from.aperture2_px2 = std::min(from.aperture2_px2, 2.0);
       add(from, {kW20});
+    }
+    // Along the ways in which aperture, Gaussian and what is added stand in for each other the fit
+    // of all may end far away: without the first two, with pixels as wide as they lie apart, it
+    // shows where to begin. In noise none of that is seen, and the best of more trials would claim
+    // too much.
+    const auto add_to_full_pixels = [&](const EdgeOptics& near, std::initializer_list<int> added) {
+      std::vector<int> few = {kDiffraction};
+      few.insert(few.end(), added.begin(), added.end());
+      EdgeOptics alone = near;
+      alone.sigma2_px2 = 0;
+      alone.aperture2_px2 = 1;
+      fit_optics(alone, few, 20);
+      add(alone, added);
+    };
+    if (noise_ < kClean) {
+      EdgeOptics plain;
+      plain.diffraction_px = 0.7 * width;
+      plain.w20_waves = 0.5;
+      add_to_full_pixels(plain, {kW20});
+      plain.diffraction_px = 0.45 * width;
+      plain.w20_waves = 1;
+      add_to_full_pixels(plain, {kW20});
+      plain.w20_waves = 0;
+      plain.halo = 0.08;
+      plain.halo_sigma_px = 6 * width;
+      add_to_full_pixels(plain, {kHalo, kHaloSigma});
+      plain.diffraction_px = width;
+      plain.halo = -0.3;
+      plain.halo_sigma_px = 2 * width;
+      add_to_full_pixels(plain, {kHalo, kHaloSigma});
     }
     EdgeOptics from = sane;
     from.smear2_px2 = from.aperture2_px2 = 0.5 * std::max(0.5, from.aperture2_px2);
