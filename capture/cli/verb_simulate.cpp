@@ -91,9 +91,9 @@ bool write_scan(const sim::WindowRender& render, const std::filesystem::path& pa
   const std::size_t per_line = render.format().samples_per_line();
   work.reporter.phase("render", path.string());
   try {
-    for (int y = 0; y < n_lines; y += sim::WindowRender::kBandLines) {
+    for (int y = 0; y < n_lines; y += render.band_lines()) {
       block.first_line = y;
-      block.n_lines = std::min(sim::WindowRender::kBandLines, n_lines - y);
+      block.n_lines = std::min(render.band_lines(), n_lines - y);
       block.samples.resize(static_cast<std::size_t>(block.n_lines) * per_line);
       render.lines(y, block.n_lines, block.samples);
       writer.lines(block);

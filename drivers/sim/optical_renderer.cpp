@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
+#include <mutex>
 #include <numbers>
+#include <thread>
 #include <utility>
 
 #include "core/base/check.h"
@@ -15,7 +18,9 @@
 namespace reseau::sim {
 namespace {
 
-constexpr int kLinesPerTask = 128;
+// Tasks that follow each other on a thread go on with the rows of cells that both need.
+constexpr int kLinesPerTask = 32;
+constexpr std::size_t kMostIdle = 8;
 constexpr int kBatch = 4;           // lines that share one pass over the rows of cells
 constexpr std::size_t kBlock = 64;  // cells that lie together in memory, row by row
 constexpr int kFocusStepPx = 16;
@@ -23,17 +28,7 @@ constexpr int kPreviewPitch = 4;
 // Cells of slack at both ends of the rows, for the padding of the tables.
 constexpr std::size_t kSlack = 8;
 
-// Four floats in a register, a notation both compilers have.
-using F4 = float __attribute__((vector_size(16)));
-
-F4 load(const float* p) {
-  F4 v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
-F4 all(float v) { return F4{v, v, v, v}; }
-
-// Eight of them: two registers where processors have no wider ones.
+// Eight floats, a notation both compilers have: two registers where processors have no wider ones.
 using F8 = float __attribute__((vector_size(32)));
 
 // A block of n weighted sums of rows, stride floats apart; weights: [row][4].
@@ -107,6 +102,13 @@ struct OpticalRenderer::Work {
         n_blocks((n_cells + kBlock - 1) / kBlock) {
     for (auto& row : fresh) row.resize(n_blocks * kBlock);
     if (r.far_) far.emplace_back(*r.far_);
+    int rank = 0;
+    for (const PsfFamily& family : r.families_) rank = std::max(rank, family.rank());
+    lines.resize(kBatch);
+    for (Line& line : lines) {
+      line.stride = n_blocks * kBlock + 2 * kSlack;
+      line.sum.assign(static_cast<std::size_t>((rank + 3) / 4 * 4) * line.stride, 0.0F);
+    }
   }
   void reserve(std::size_t n) {
     if (n <= n_slots) return;
@@ -129,7 +131,37 @@ struct OpticalRenderer::Work {
   std::vector<float> tables;  // per focus, for the fraction of a cell of this line
   std::vector<float> focus;   // index among the tables, per pixel
   std::vector<double> x;
+  std::vector<float> optical;
+  int next_line = 0;  // the one after the last that was rendered
+  std::thread::id of_thread;
 };
+
+// What tasks leave behind for those that follow.
+struct OpticalRenderer::Pool {
+  // That of the lines before, else one that this thread left, else none.
+  std::unique_ptr<Work> take(int first_line) {
+    const std::scoped_lock lock(mutex);
+    auto found = std::ranges::find(idle, first_line, [](const auto& w) { return w->next_line; });
+    if (found == idle.end()) {
+      found = std::ranges::find(idle, std::this_thread::get_id(),
+                                [](const auto& w) { return w->of_thread; });
+    }
+    if (found == idle.end()) return nullptr;
+    std::unique_ptr<Work> work = std::move(*found);
+    idle.erase(found);
+    return work;
+  }
+  void give(std::unique_ptr<Work> work) {
+    const std::scoped_lock lock(mutex);
+    if (idle.size() >= kMostIdle) idle.erase(idle.begin());
+    idle.push_back(std::move(work));
+  }
+
+  std::mutex mutex;
+  std::vector<std::unique_ptr<Work>> idle;
+};
+
+OpticalRenderer::~OpticalRenderer() = default;
 
 void OpticalRenderer::set_focus_range(double& low, double& high) const {
   constexpr int kSteps = 48;
@@ -155,7 +187,8 @@ OpticalRenderer::OpticalRenderer(std::shared_ptr<const Film> film, const OpticsS
       optics_(window.pitch >= kPreviewPitch ? preview_optics(optics) : optics),
       window_(window),
       geometry_(geometry),
-      focus_(film_, optics_, geometry_) {
+      focus_(film_, optics_, geometry_),
+      pool_(std::make_unique<Pool>()) {
   std::vector<OpticalTransfer> transfers;
   transfers.reserve(kChannels);
   for (int c = 0; c < kChannels; ++c) transfers.emplace_back(optics_, c);
@@ -264,27 +297,35 @@ namespace {
 // Sum over components and cells of n blended tables times the sums along y. begin: cell of the
 // first weight of component r is begin - reach of r.
 template <int n>
-float blended_dot(const PsfFamily& family, const float* sums, std::size_t stride, std::size_t begin,
-                  const std::array<const float*, 4>& tables, const std::array<float, 4>& share) {
-  F4 even{}, odd{};
+RESEAU_SIM_INLINE inline float blended_dot(const PsfFamily& family, const float* sums,
+                                           std::size_t stride, std::size_t begin,
+                                           const std::array<const float*, 4>& tables,
+                                           const std::array<float, 4>& share) {
+  F8 sum{}, by[n];
+  for (std::size_t k = 0; k < n; ++k) {
+    by[k] = F8{} + share[k];
+  }
   for (int r = 0; r < family.rank(); ++r) {
     const float* const v = sums + static_cast<std::size_t>(r) * stride + begin -
                            static_cast<std::size_t>(family.reach_cells(r));
     const std::size_t offset = family.offset(r);
     const auto taps = static_cast<std::size_t>(family.taps(r));
-    for (std::size_t t = 0; t < taps; t += 4) {
-      F4 w = all(share[0]) * load(tables[0] + offset + t);
-      for (std::size_t k = 1; k < n; ++k) w += all(share[k]) * load(tables[k] + offset + t);
-      const F4 part = w * load(v + t);
-      if ((t & 4) == 0) {
-        even += part;
-      } else {
-        odd += part;
+    const auto part = [&](std::size_t t, std::size_t bytes) RESEAU_SIM_INLINE {
+      F8 w{}, of{};
+      std::memcpy(&of, v + t, bytes);
+      for (std::size_t k = 0; k < n; ++k) {
+        F8 table{};
+        std::memcpy(&table, tables[k] + offset + t, bytes);
+        w = k == 0 ? by[k] * table : w + by[k] * table;
       }
-    }
+      sum += w * of;
+    };
+    std::size_t t = 0;
+    for (; t + 8 <= taps; t += 8) part(t, sizeof(F8));
+    if (t < taps) part(t, sizeof(F8) / 2);
   }
-  const F4 sum = even + odd;
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  const float a = sum[0] + sum[4], b = sum[1] + sum[5], c = sum[2] + sum[6], d = sum[3] + sum[7];
+  return (a + b) + (c + d);
 }
 
 }  // namespace
@@ -337,7 +378,7 @@ void OpticalRenderer::sum_along_x(const Line& line, int channel, Work& work,
   const float* const sums = line.sum.data();
   const auto first_cell =
       regular_x_ && n > 0 ? static_cast<std::size_t>(std::floor(cell_of(work.x[0]))) : 0;
-  for (std::size_t i = 0; i < n; ++i) {
+  const auto at_pixel = [&](std::size_t i) RESEAU_SIM_INLINE {
     std::array<const float*, 4> tables{};
     std::array<float, 4> share{1, 0, 0, 0};
     int focus = 0;
@@ -356,7 +397,7 @@ void OpticalRenderer::sum_along_x(const Line& line, int channel, Work& work,
         share = {1 - f, f, 0, 0};
         out[i] = blended_dot<2>(family, sums, line.stride, begin, tables, share);
       }
-      continue;
+      return;
     }
     const double at = cell_of(work.x[i]), below = std::floor(at);
     const double at_phase = (at - below) * PsfFamily::kPhases;
@@ -374,21 +415,19 @@ void OpticalRenderer::sum_along_x(const Line& line, int channel, Work& work,
       share = {(1 - t) * (1 - f), t * (1 - f), (1 - t) * f, t * f};
       out[i] = blended_dot<4>(family, sums, line.stride, begin, tables, share);
     }
-  }
+  };
+  widest([&]() RESEAU_SIM_INLINE {
+    for (std::size_t i = 0; i < n; ++i) at_pixel(i);
+  });
 }
 
 void OpticalRenderer::render(int first_line, int n_lines, std::span<float> out) const {
-  Work work(*this, film_, grid_);
+  std::unique_ptr<Work> taken = pool_->take(first_line);
+  if (taken == nullptr) taken = std::make_unique<Work>(*this, film_, grid_);
+  Work& work = *taken;
   const auto width = static_cast<std::size_t>(window_.width_px);
   const auto pitch = static_cast<std::size_t>(window_.pitch);
-  std::vector<float> optical(width * pitch);
-  int rank = 0;
-  for (const PsfFamily& family : families_) rank = std::max(rank, family.rank());
-  work.lines.resize(kBatch);
-  for (Line& line : work.lines) {
-    line.stride = work.n_blocks * kBlock + 2 * kSlack;
-    line.sum.assign(static_cast<std::size_t>((rank + 3) / 4 * 4) * line.stride, 0.0F);
-  }
+  work.optical.resize(pitch == 1 ? 0 : width * pitch);
   for (int batch = 0; batch < n_lines; batch += kBatch) {
     const int n_batch = std::min(kBatch, n_lines - batch);
     double top = 0, bottom = 0;
@@ -413,7 +452,7 @@ void OpticalRenderer::render(int first_line, int n_lines, std::span<float> out) 
         const std::size_t at =
             (static_cast<std::size_t>(batch + b) * kChannels + static_cast<std::size_t>(c)) * width;
         const std::span<float> target =
-            pitch == 1 ? out.subspan(at, width) : std::span<float>(optical);
+            pitch == 1 ? out.subspan(at, width) : std::span<float>(work.optical);
         std::ranges::fill(target, 0.0F);
         const std::span<float> active = target.subspan(static_cast<std::size_t>(active_begin_),
                                                        static_cast<std::size_t>(n_active_));
@@ -430,12 +469,15 @@ void OpticalRenderer::render(int first_line, int n_lines, std::span<float> out) 
         if (pitch == 1) continue;
         for (std::size_t i = 0; i < width; ++i) {
           float sum = 0;
-          for (std::size_t k = 0; k < pitch; ++k) sum += optical[i * pitch + k];
+          for (std::size_t k = 0; k < pitch; ++k) sum += work.optical[i * pitch + k];
           out[at + i] = sum / static_cast<float>(pitch);
         }
       }
     }
   }
+  work.next_line = first_line + n_lines;
+  work.of_thread = std::this_thread::get_id();
+  pool_->give(std::move(taken));
 }
 
 void OpticalRenderer::transmittance(int first_line, int n_lines, std::span<float> out) const {

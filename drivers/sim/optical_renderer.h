@@ -25,11 +25,17 @@ class OpticalRenderer final : public LineRenderer {
   // From pitch 4 on diffraction and defocus are replaced by a Gaussian and cells are whole pixels.
   OpticalRenderer(std::shared_ptr<const Film> film, const OpticsSpec& optics,
                   const ScanWindow& window, const ScanGeometry& geometry);
+  ~OpticalRenderer() override;
+  OpticalRenderer(const OpticalRenderer&) = delete;
+  OpticalRenderer& operator=(const OpticalRenderer&) = delete;
+  OpticalRenderer(OpticalRenderer&&) = delete;
+  OpticalRenderer& operator=(OpticalRenderer&&) = delete;
   void transmittance(int first_line, int n_lines, std::span<float> out) const override;
 
  private:
   struct Work;
   struct Line;
+  struct Pool;
   void render(int first_line, int n_lines, std::span<float> out) const;
   void load_rows(std::int64_t first, std::int64_t last, Work& work) const;
   [[nodiscard]] double looks_at(const Line& line, int channel) const;
@@ -54,6 +60,7 @@ class OpticalRenderer final : public LineRenderer {
   bool regular_x_ = true;
   int first_px_ = 0, n_px_ = 0;  // of the cells
   int reach_cells_ = 0;
+  std::unique_ptr<Pool> pool_;
 };
 
 }  // namespace reseau::sim

@@ -240,8 +240,9 @@ SimulatedScan simulate_window(const SimSpec& spec, const ScanWindow& window) {
   const WindowRender render(spec, window);
   const std::size_t per_line = render.format().samples_per_line();
   std::vector<std::uint16_t> samples(per_line * static_cast<std::size_t>(window.n_lines));
-  for (int first = 0; first < window.n_lines; first += WindowRender::kBandLines) {
-    const int n = std::min(WindowRender::kBandLines, window.n_lines - first);
+  const int band = render.band_lines();
+  for (int first = 0; first < window.n_lines; first += band) {
+    const int n = std::min(band, window.n_lines - first);
     render.lines(first, n,
                  std::span(samples).subspan(per_line * static_cast<std::size_t>(first),
                                             per_line * static_cast<std::size_t>(n)));

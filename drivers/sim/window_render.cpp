@@ -33,6 +33,11 @@ WindowRender::WindowRender(const SimSpec& spec, const ScanWindow& window)
   format_.y_dpi = 25400.0 / spec.film.frame.pixel_um / window.step();
 }
 
+int WindowRender::band_lines() const {
+  constexpr int kFewest = 256, kMost = 512, kPixels = 1 << 20;
+  return std::clamp(kPixels / window_.width_px / kFewest * kFewest, kFewest, kMost);
+}
+
 void WindowRender::lines(int first_line, int n_lines, std::span<std::uint16_t> out) const {
   const std::size_t size = format_.samples_per_line() * static_cast<std::size_t>(n_lines);
   CHECK(out.size() == size);

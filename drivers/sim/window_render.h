@@ -19,8 +19,8 @@ class WindowRender {
   WindowRender(const SimSpec& spec, const ScanWindow& window);
 
   [[nodiscard]] const LineFormat& format() const { return format_; }  // red, green, blue, infrared
-  // How many lines at a time keep all cores busy.
-  static constexpr int kBandLines = 256;
+  // How many lines at a time keep all cores busy: more where they are short.
+  [[nodiscard]] int band_lines() const;
   // Lines first_line … first_line + n_lines as [line][channel][pixel], full scale 65535 whatever
   // the bits. A sample does not depend on how the window is cut into calls.
   void lines(int first_line, int n_lines, std::span<std::uint16_t> out) const;

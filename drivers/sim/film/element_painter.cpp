@@ -271,6 +271,15 @@ void ElementPainter::cover(Shape& s, const Block& block, const float* u, const f
       float *const inner = out.inner.data(), *const outer = out.outer.data();
       widest([=]() RESEAU_SIM_INLINE {
         float* __restrict const to_inner = inner, * __restrict const to_outer = outer;
+        if (grow == 0) {
+          for (std::size_t i = 0; i < kBlockPx; ++i) {
+            const float t = n_u * u[i] + n_v * v[i] - centre;
+            const float covered = ramp(half - std::abs(t - floor_of(t + 0.5F)));
+            to_inner[i] = covered;
+            to_outer[i] = covered;
+          }
+          return;
+        }
         for (std::size_t i = 0; i < kBlockPx; ++i) {
           const float t = n_u * u[i] + n_v * v[i] - centre;
           const float d = std::abs(t - floor_of(t + 0.5F));
@@ -349,9 +358,20 @@ void ElementPainter::cover(Shape& s, const Block& block, const float* u, const f
 void ElementPainter::paint_across(const Shape& shape, const Cover& cover,
                                   float (*areas)[kBlockPx]) const {
   const int dye = 1 << shape.shape->color;
-  float after[kDyeSets][kBlockPx];
   const std::size_t n_sets = sets_.size();
   const float *const inner = cover.inner.data(), *const outer = cover.outer.data();
+  if (print_.overlap_um == 0) {
+    float* const of_dye = areas[slot_of_set_[static_cast<std::size_t>(dye)]];
+    widest([&]() RESEAU_SIM_INLINE {
+      for (std::size_t k = 0; k < n_sets; ++k) {
+        float* const area = areas[k];
+        for (std::size_t i = 0; i < kBlockPx; ++i) area[i] -= inner[i] * area[i];
+      }
+      for (std::size_t i = 0; i < kBlockPx; ++i) of_dye[i] += inner[i];
+    });
+    return;
+  }
+  float after[kDyeSets][kBlockPx];
   widest([&]() RESEAU_SIM_INLINE {
     for (std::size_t k = 0; k < n_sets; ++k) {
       const float* const area = areas[k];
