@@ -1,7 +1,6 @@
 // Test targets with detail finer than a pixel: every sample is the mean over its cell.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <complex>
 #include <cstddef>
@@ -22,10 +21,11 @@ constexpr double kMean = 0.5, kAmplitude = 0.45;
 
 // Series of sin(a) / a for a^2 = t up to this, to 1e-10.
 constexpr double kShort = 0.9;
-inline double short_sinc(double t) {
-  return 1 - t * (1.0 / 6) *
-                 (1 - t * (1.0 / 20) *
-                          (1 - t * (1.0 / 42) * (1 - t * (1.0 / 72) * (1 - t * (1.0 / 110)))));
+template <typename T>
+RESEAU_SIM_INLINE inline void short_sinc(const T& t, T& to) {
+  to = 1 - t * (1.0 / 6) *
+               (1 - t * (1.0 / 20) *
+                        (1 - t * (1.0 / 42) * (1 - t * (1.0 / 72) * (1 - t * (1.0 / 110)))));
 }
 
 // Four doubles, a notation both compilers have.
@@ -33,15 +33,21 @@ using D4 = double __attribute__((vector_size(32)));
 
 // 1 / sqrt(t) to the last bits by Newton's steps from a guess by the exponent: compilers take no
 // vectors for roots, which may set errno.
-inline double inverse_root(double t) {
-  double r = std::bit_cast<double>(0x5fe6eb50c7b537a9 - (std::bit_cast<std::int64_t>(t) >> 1));
+RESEAU_SIM_INLINE inline void inverse_root(const D4& t, D4& r) {
+  using Bits = std::uint64_t __attribute__((vector_size(32)));
+  Bits bits;
+  std::memcpy(&bits, &t, sizeof bits);
+  bits = 0x5fe6eb50c7b537a9ULL - (bits >> 1);
+  std::memcpy(&r, &bits, sizeof r);
   for (int k = 0; k < 4; ++k) r *= 1.5 - 0.5 * t * r * r;
-  return r;
 }
 
 double sinc(double x) {
   const double a = std::numbers::pi * x, t = a * a;
-  return t < kShort ? short_sinc(t) : std::sin(a) / a;
+  if (t >= kShort) return std::sin(a) / a;
+  double value = 0;
+  short_sinc(t, value);
+  return value;
 }
 
 class FineScene : public Scene {
@@ -192,54 +198,51 @@ class StarScene final : public FineScene {
   // mean_wave() where nothing has to be divided, of at most kChunk cells. The cosine of so many
   // times an angle is the real part of a power, which squaring makes.
   void far_waves(double dx0, double dy, double side, bool tents, std::span<float> out) const {
-    std::array<double, kChunk> a, b, x, softened, per_r;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+    std::array<float, kChunk> values{};
     const std::size_t n = out.size();
-    const double waves = spokes_ * side / 2;  // x pi: phase of a cell's side at distance 1
-    widest([&]() RESEAU_SIM_INLINE {
-      for (std::size_t i = 0; i < kChunk; ++i) {
-        const double dx = dx0 + static_cast<double>(static_cast<int>(i)) * side;
-        per_r[i] = inverse_root(std::max(dx * dx + dy * dy, 1e-12));
-      }
-      for (std::size_t i = 0; i < kChunk; ++i) {
-        const double dx = dx0 + static_cast<double>(static_cast<int>(i)) * side;
-        a[i] = dx * per_r[i];
-        b[i] = dy * per_r[i];
-        const double over_x = waves * a[i] * per_r[i], over_y = waves * b[i] * per_r[i];
-        const double once = short_sinc(over_x * over_x) * short_sinc(over_y * over_y);
-        softened[i] = tents ? once * once : once;
-      }
-      // Eight at a time stay in registers.
+    const int spokes = spokes_;
+    const double waves = spokes * side / 2;  // x pi: phase of a cell's side at distance 1
+    const double power = tents ? 1 : 0;
+    float* const to = values.data();
+    // Eight at a time stay in registers.
+    widest([=]() RESEAU_SIM_INLINE {
+      const D4 step{0, side, 2 * side, 3 * side};
       for (std::size_t first = 0; first < n; first += 8) {
-        D4 a0, a1, b0, b1, x0 = D4{} + 1, x1 = x0, y0{}, y1{};
-        std::memcpy(&a0, &a[first], sizeof a0);
-        std::memcpy(&a1, &a[first + 4], sizeof a1);
-        std::memcpy(&b0, &b[first], sizeof b0);
-        std::memcpy(&b1, &b[first + 4], sizeof b1);
-        for (int left = spokes_; left > 0; left /= 2) {
-          if (left % 2 != 0) {
-            const D4 product0 = x0 * a0 - y0 * b0, product1 = x1 * a1 - y1 * b1;
-            y0 = y0 * a0 + x0 * b0;
-            y1 = y1 * a1 + x1 * b1;
-            x0 = product0;
-            x1 = product1;
-          }
-          const D4 squared0 = a0 * a0 - b0 * b0, squared1 = a1 * a1 - b1 * b1;
-          b0 = 2 * a0 * b0;
-          b1 = 2 * a1 * b1;
-          a0 = squared0;
-          a1 = squared1;
+        D4 a[2], b[2], softened[2], x[2], y[2];
+        for (std::size_t k = 0; k < 2; ++k) {
+          const D4 dx = step + (dx0 + static_cast<double>(first + 4 * k) * side);
+          D4 per_r;
+          inverse_root(dx * dx + dy * dy + 1e-12, per_r);
+          a[k] = dx * per_r;
+          b[k] = dy * per_r;
+          const D4 over_x = waves * a[k] * per_r, over_y = waves * b[k] * per_r;
+          D4 once, along_y;
+          short_sinc(over_x * over_x, once);
+          short_sinc(over_y * over_y, along_y);
+          once *= along_y;
+          softened[k] = once + power * (once * once - once);
+          x[k] = D4{} + 1.0;
+          y[k] = D4{};
         }
-        std::memcpy(&x[first], &x0, sizeof x0);
-        std::memcpy(&x[first + 4], &x1, sizeof x1);
+        for (int left = spokes; left > 0; left /= 2) {
+          for (std::size_t k = 0; k < 2; ++k) {
+            if (left % 2 != 0) {
+              const D4 product = x[k] * a[k] - y[k] * b[k];
+              y[k] = y[k] * a[k] + x[k] * b[k];
+              x[k] = product;
+            }
+            const D4 squared = a[k] * a[k] - b[k] * b[k];
+            b[k] = 2 * a[k] * b[k];
+            a[k] = squared;
+          }
+        }
+        for (std::size_t k = 0; k < 2; ++k) {
+          const D4 wave = kMean + kAmplitude * x[k] * softened[k];
+          for (std::size_t j = 0; j < 4; ++j) to[first + 4 * k + j] = static_cast<float>(wave[j]);
+        }
       }
     });
-    float* const values = out.data();
-    widest([&]() RESEAU_SIM_INLINE {
-      float* __restrict const to = values;
-      for (std::size_t i = 0; i < n; ++i) {
-        to[i] = static_cast<float>(kMean + kAmplitude * x[i] * softened[i]);
-      }
-    });
+    std::copy_n(values.begin(), n, out.begin());
   }
   // Of the cosine over a square: value times transfer function where the spokes are straight over
   // the square, else the mean of its quarters.

@@ -89,7 +89,10 @@ ScreenFilm::ScreenFilm(const FilmSpec& spec)
   const bool fine = spec.scene == SceneKind::kZone || (small && spec.scene == SceneKind::kStar);
   edges_.fewest_tents = edges_.spreads && gaps ? 10 : gaps || fine ? 12 : 8;
   // Specks have edges of their own.
-  if (damage_.has_local()) edges_.fewest_tents = small ? 16 : 12;
+  constexpr double kManySpecks = 300;  // per cm^2
+  if (damage_.has_local()) {
+    edges_.fewest_tents = small ? 16 : spec.damage.dust_per_cm2 > kManySpecks ? 14 : 12;
+  }
 }
 
 double ScreenFilm::height_um(double x, double /*y*/) const { return screen_.height_um(x); }
