@@ -22,6 +22,15 @@ constexpr double kNoCurvature = 1e-10;
 
 using Shared = Eigen::Matrix<double, kSharedBlocks, 1>;
 
+// As the costs of an edge take them.
+std::array<const double*, kBlocks> blocks_of(const std::array<double, kSharedBlocks>& shared,
+                                             const double* own) {
+  std::array<const double*, kBlocks> blocks{};
+  for (std::size_t b = 0; b < kSharedBlocks; ++b) blocks[b] = &shared[b];
+  for (std::size_t b = 0; b < 3; ++b) blocks[kSharedBlocks + b] = own + b;
+  return blocks;
+}
+
 }  // namespace
 
 // Of one edge, its own unknowns eliminated.
@@ -73,9 +82,7 @@ double FieldSolver::chi2_of(const FieldState& state) const {
   parallel_for(static_cast<int>(edges_.size()), [&](int i) {
     const auto e = static_cast<std::size_t>(i);
     const std::array<double, kSharedBlocks> shared = local(state, e);
-    std::array<const double*, kBlocks> blocks{};
-    for (std::size_t b = 0; b < kSharedBlocks; ++b) blocks[b] = &shared[b];
-    for (std::size_t b = 0; b < 3; ++b) blocks[kSharedBlocks + b] = state.own[e].data() + b;
+    const auto blocks = blocks_of(shared, state.own[e].data());
     std::vector<double> residuals(edges_[e].bins.size());
     const bool ok = costs_[e]->Evaluate(blocks.data(), residuals.data(), nullptr);
     sums[e] = ok ? Eigen::Map<const Eigen::VectorXd>(residuals.data(),
@@ -93,9 +100,7 @@ std::vector<FieldSolver::Terms> FieldSolver::linearise(const FieldState& state) 
   parallel_for(static_cast<int>(edges_.size()), [&](int i) {
     const auto e = static_cast<std::size_t>(i);
     const std::array<double, kSharedBlocks> shared = local(state, e);
-    std::array<const double*, kBlocks> blocks{};
-    for (std::size_t b = 0; b < kSharedBlocks; ++b) blocks[b] = &shared[b];
-    for (std::size_t b = 0; b < 3; ++b) blocks[kSharedBlocks + b] = state.own[e].data() + b;
+    const auto blocks = blocks_of(shared, state.own[e].data());
     const auto n = static_cast<Eigen::Index>(edges_[e].bins.size());
     Eigen::VectorXd residuals(n);
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(n, kBlocks);
